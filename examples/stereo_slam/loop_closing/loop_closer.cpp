@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <utility>
 
+#include "stereo_slam/core/pixel_noise.hpp"
+
 namespace stereo_slam {
 namespace {
 
-constexpr double kLoopCovarianceScale = 2.0;  // for errors that the points of a loop have in common
-constexpr int kMaxPoints = 500;               // that a keyframe keeps for place recognition
+constexpr int kMaxPoints = 500;  // that a keyframe keeps for place recognition
 
 /// The loop as an edge of the graph, with the covariance that accounts for what its points have in common.
 [[nodiscard]] PoseGraphEdge edge_of(const LoopMeasurement& loop) {

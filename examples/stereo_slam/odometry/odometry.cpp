@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "stereo_slam/core/opencv_points.hpp"
+#include "stereo_slam/core/pixel_noise.hpp"
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/frontend/stereo_matching.hpp"
 #include "stereo_slam/odometry/motion_estimation.hpp"
@@ -145,8 +146,7 @@ struct MotionOfTracks {
 /// the light on a surface changes, or a vehicle hides half of what moves. Its size is that with which five
 /// rendered drives have the right share of poses inside (docs/results/history/2026-11-29-one-estimator.md).
 [[nodiscard]] PoseGaussian with_shared_error(PoseGaussian motion, const StereoCamera& camera) {
-  constexpr double kShared_px = 0.02;  // root mean square of the angles times the focal length
-  const Vector6<double> sigma = kShared_px / camera.fx * common_error_per_rad(motion);
+  const Vector6<double> sigma = kSharedInFrame_px / camera.fx * common_error_per_rad(motion);
   motion.covariance.diagonal() += sigma.cwiseAbs2();
   return motion;
 }

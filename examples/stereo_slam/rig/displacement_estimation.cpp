@@ -12,6 +12,7 @@
 
 #include "stereo_slam/core/chi_square.hpp"
 #include "stereo_slam/core/median.hpp"
+#include "stereo_slam/core/pixel_noise.hpp"
 #include "stereo_slam/core/robust_loss.hpp"
 #include "stereo_slam/core/symmetric_solve.hpp"
 
@@ -20,7 +21,6 @@ namespace {
 
 constexpr int kPose = 6;
 constexpr int kDisplacement = ImageDisplacement::kTerms;
-constexpr double kRowSigma_px = 0.15;     // of a row difference
 constexpr double kMedianNormal2 = 0.455;  // median of a squared normal variable: chi-square, one degree
 using Unknowns =
     antipode::VectorChart<double, kPose + kDisplacement>;  // a change of the pose, a displacement
@@ -38,7 +38,7 @@ struct Residuals {
     point.z() += c.basis.row(0) * x.tail<kDisplacement>();
     point2 = point.dot(c.S_inverse * point);
   }
-  [[nodiscard]] double row2() const { return row_px * row_px / (kRowSigma_px * kRowSigma_px); }
+  [[nodiscard]] double row2() const { return row_px * row_px / (kRowInFrameSigma_px * kRowInFrameSigma_px); }
 };
 
 /// The points and their rows as measurements of pose and displacement. Variances are those assumed, times
@@ -57,7 +57,7 @@ struct PointsAndRows {
     }
     const double point_scale = std::max(1.0, median(std::move(points2)) / kChi2_3_50);
     const double row_variance =
-        std::max(1.0, median(std::move(rows2)) / kMedianNormal2) * kRowSigma_px * kRowSigma_px;
+        std::max(1.0, median(std::move(rows2)) / kMedianNormal2) * kRowInFrameSigma_px * kRowInFrameSigma_px;
     for (std::size_t i = 0; i < points.size(); ++i) {
       const auto& c = points[i];
       antipode::Matrix<double, 3, Unknowns::kDim> J = antipode::Matrix<double, 3, Unknowns::kDim>::Zero();

@@ -9,13 +9,13 @@
 
 #include <antipode/filters/robust_least_squares.hpp>
 
+#include "stereo_slam/core/pixel_noise.hpp"
 #include "stereo_slam/core/robust_loss.hpp"
 #include "stereo_slam/rig/image_displacement.hpp"
 
 namespace stereo_slam {
 namespace {
 
-constexpr double kRowNoise_px = 0.3;  // of a row difference, with what neighbours have in common
 constexpr double kUnknown_px = 10.0;  // a rotation of the right camera in one frame
 constexpr double kInterval_s = 1e-4;  // of a finite difference: points move by less than a pixel
 
@@ -37,7 +37,7 @@ struct RowsOfFrame {
   template <class Sums>
   void operator()(const Rotation::Point& rotation, Sums& sums) const {
     const auto information =
-        antipode::Matrix<double, 1>::Constant(1.0 / (kRowNoise_px * kRowNoise_px)).eval();
+        antipode::Matrix<double, 1>::Constant(1.0 / (kRowSigma_px * kRowSigma_px)).eval();
     for (const auto& row : rows) {
       const antipode::Vector<double, 1> left = row.error_px - row.by_rotation * rotation;
       sums.template add<1>(left, information, row.by_rotation, row.by_considered);

@@ -9,13 +9,13 @@
 #include <Eigen/Cholesky>
 
 #include "stereo_slam/core/median.hpp"
+#include "stereo_slam/core/pixel_noise.hpp"
 #include "stereo_slam/core/robust_line.hpp"
 #include "stereo_slam/core/robust_loss.hpp"
 
 namespace stereo_slam {
 namespace {
 
-constexpr double kMatchRowSigma_px = 0.3;
 constexpr double kConfidence =
     0.25;  // weight of a keyframe's information on the disparity offset: its errors are not independent
 
@@ -143,9 +143,8 @@ void RectificationEstimator::add_rows(std::span<const StereoMeasurement> matches
   for (const auto& match : matches) {
     const RectificationResidual::Basis terms = residual.basis(match.left_px);
     const double offset = terms.dot(residual.coefficients().row(1)) - match.row_error_px;
-    const double distance2 =
-        match.row_error_px * match.row_error_px / (kMatchRowSigma_px * kMatchRowSigma_px);
-    const double weight = kOutlierLoss.weight(distance2, 1) / (kMatchRowSigma_px * kMatchRowSigma_px);
+    const double distance2 = match.row_error_px * match.row_error_px / (kRowSigma_px * kRowSigma_px);
+    const double weight = kOutlierLoss.weight(distance2, 1) / (kRowSigma_px * kRowSigma_px);
     rows_.information += weight * terms * terms.transpose();
     rows_.vector += weight * offset * terms;
   }

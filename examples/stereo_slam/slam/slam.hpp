@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "stereo_slam/core/pixel_noise.hpp"
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
@@ -23,7 +24,6 @@
 #include "stereo_slam/slam/frame_measurement.hpp"
 #include "stereo_slam/slam/judgement.hpp"
 #include "stereo_slam/slam/motion_model.hpp"
-#include "stereo_slam/slam/noise_scale.hpp"
 #include "stereo_slam/slam/path.hpp"
 #include "stereo_slam/slam/relocalisation.hpp"
 #include "stereo_slam/slam/slam_system.hpp"

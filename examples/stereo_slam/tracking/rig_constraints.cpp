@@ -6,16 +6,13 @@
 
 #include <Eigen/LU>
 
+#include "stereo_slam/core/pixel_noise.hpp"
 #include "stereo_slam/local_map/landmark_projection.hpp"
 
 namespace stereo_slam {
 namespace {
 
-constexpr double kDisparitySigma_px = 0.06;  // of a disparity measured in the keyframe
 constexpr double kMinDisparity_px = 0.1;
-// Factor on the variance of a match. Errors that many patches have in common, such as those of wrong slopes,
-// do not average out, and would pass for an error of the rectification.
-constexpr double kCaution = 8.0;
 constexpr int kIterations = 3;
 
 /// A point with the disparity `first.z()` in the keyframe, as the second camera sees it.
@@ -42,8 +39,8 @@ struct Prediction {
                                                          const Matrix3<double>& noise,
                                                          const Pose& T_keyframe_camera,
                                                          const StereoCamera& camera) {
-  const double variance = kDisparitySigma_px * kDisparitySigma_px;
-  const Matrix3<double> R = kCaution * noise;
+  const double variance = kKeyframeDisparitySigma_px * kKeyframeDisparitySigma_px;
+  const Matrix3<double> R = kRigCaution * noise;
   const Pose T_camera_keyframe = T_keyframe_camera.inverse();
   StereoPoint likely = first;
   TwoFramePoint result;
@@ -87,7 +84,7 @@ SeenMotion seen_motion(const std::vector<StereoCorrespondence>& points, const Po
   SeenMotion motion{T_previous_current, {}};
   motion.points.reserve(points.size());
   for (const auto& [previous, current, R, static_evidence] : points) {
-    const Matrix3<double> noise = R.value_or(stereo_pixel_covariance(kDisparitySigma_px));
+    const Matrix3<double> noise = R.value_or(stereo_pixel_covariance(kKeyframeDisparitySigma_px));
     const auto point = point_in_both(previous, current, noise, T_previous_current, camera);
     if (point) motion.points.push_back(*point);
   }

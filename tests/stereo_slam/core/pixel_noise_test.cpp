@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/slam/noise_scale.hpp"
+#include "stereo_slam/core/pixel_noise.hpp"
 
 #include <limits>
 #include <random>
