@@ -201,9 +201,16 @@ std::vector<MotionChange> RightCamera::correct(const std::vector<Pose>& motions)
   return changes;
 }
 
-std::optional<LensEstimate> RightCamera::lens_error() const {
-  if (!settings_.enabled) return std::nullopt;
-  return rectification_.lens_error();
+RigSummary RightCamera::summary() const {
+  RigSummary summary{.right_delay = delay(),
+                     .refused_learned = refused_learned_ || rectification_.dropped_learned()};
+  if (!settings_.enabled) return summary;
+  summary.lens_error = rectification_.lens_error();
+  summary.learned = learned();
+  // While the rig vibrates, a displacement is no error of the calibration.
+  if (rectification_.has_large_error() && !vibration_.present())
+    summary.right_image_displacement_px = rectification_.current().coefficients()(0, 0);
+  return summary;
 }
 
 CalibrationError RightCamera::calibration_error(const CalibrationSettings& allowed) const {

@@ -120,8 +120,6 @@ class RightCamera {
   /// Forgets what an earlier run learned if the rows of the first frame contradict it. Returns whether they
   /// do.
   bool refuse_learned();
-  /// Whether what an earlier run learned was of other cameras.
-  [[nodiscard]] bool refused_learned() const { return refused_learned_ || rectification_.dropped_learned(); }
   /// Learns the row offsets anew from a pair in which hardly any stereo match is found, or none was searched
   /// yet. Returns whether the rows had been displaced.
   bool relearn_rows(const StereoFrame& frame);
@@ -143,17 +141,10 @@ class RightCamera {
   [[nodiscard]] std::vector<MotionChange> correct(const std::vector<Pose>& motions);
   /// Whether the last motion showed that the right camera has turned.
   [[nodiscard]] bool noticed_turn() const noexcept { return came_to_rest_ || rectification_.noticed_turn(); }
-  /// Horizontal displacement of the right image at the principal point, which row offsets cannot reveal; zero
-  /// as long as the calibration seems right, and while the rig vibrates, px.
-  [[nodiscard]] double displacement_px() const {
-    return rectification_.has_large_error() && !vibration_.present()
-               ? rectification_.current().coefficients()(0, 0)
-               : 0.0;
-  }
   [[nodiscard]] bool learns() const noexcept { return settings_.enabled; }
 
-  /// What was learned of both lenses; nothing if the rig is not learned.
-  [[nodiscard]] std::optional<LensEstimate> lens_error() const;
+  /// What was learned so far, to be reported.
+  [[nodiscard]] RigSummary summary() const;
   /// What another run with the same cameras can begin with.
   [[nodiscard]] LearnedCameras learned() const { return {camera_, rectification_.estimate()}; }
   /// The errors that the calibration may have, given how large those are that the images show.

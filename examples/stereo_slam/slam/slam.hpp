@@ -62,17 +62,11 @@ class Slam final : public SlamSystem {
   [[nodiscard]] std::vector<Matrix6<double>> relative_covariances() const override {
     return path_.trajectory().relative_covariances();
   }
-  [[nodiscard]] CalibrationError calibration_error() const override;
-  [[nodiscard]] double right_image_displacement_px() const override {
-    return right_camera_.displacement_px();
+  [[nodiscard]] CalibrationError calibration_error() const override {
+    return right_camera_.calibration_error(settings_.calibration);
   }
-  [[nodiscard]] std::optional<LensEstimate> lens_error() const override;
-  [[nodiscard]] std::optional<DelayEstimate> right_image_delay() const override {
-    return right_camera_.delay();
-  }
+  [[nodiscard]] RigSummary rig() const override { return right_camera_.summary(); }
   void begin_with_delay(const DelayEstimate& known) override { right_camera_.begin_with_delay(known); }
-  [[nodiscard]] std::optional<LearnedCameras> learned() const override;
-  [[nodiscard]] bool refused_learned() const override { return right_camera_.refused_learned(); }
   [[nodiscard]] std::optional<InertialSummary> inertial() const override;
   [[nodiscard]] std::vector<MapPoint> map_points() const override { return path_.map_points(local_map_); }
   [[nodiscard]] const std::vector<MapPoint>& archived_map_points() override {

@@ -5,17 +5,6 @@
 
 namespace stereo_slam {
 
-CalibrationError Slam::calibration_error() const {
-  return right_camera_.calibration_error(settings_.calibration);
-}
-
-std::optional<LensEstimate> Slam::lens_error() const { return right_camera_.lens_error(); }
-
-std::optional<LearnedCameras> Slam::learned() const {
-  if (!right_camera_.learns()) return std::nullopt;
-  return right_camera_.learned();
-}
-
 std::vector<PoseGaussian> Slam::trajectory() const { return path_.poses(calibration_error()); }
 
 std::optional<InertialSummary> Slam::inertial() const {
