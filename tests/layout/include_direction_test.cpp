@@ -82,7 +82,7 @@ const Graph kMayInclude = {
     {"stereo_slam/evaluation", {"stereo_slam/core", "stereo_slam/io"}},
     {"stereo_slam/results",
      {"stereo_slam/core", "stereo_slam/io", "stereo_slam/settings", "stereo_slam/calibration",
-      "stereo_slam/dataset", "stereo_slam/rig", "stereo_slam/frontend", "stereo_slam/loop_closing"}},
+      "stereo_slam/dataset", "stereo_slam/rig", "stereo_slam/loop_closing"}},
     {"stereo_slam/ros2_output",  // of bags the records of MCAP, of report small images
      {"stereo_slam/core", "stereo_slam/io", "stereo_slam/dataset", "stereo_slam/bags", "stereo_slam/slam",
       "stereo_slam/results", "stereo_slam/report"}},

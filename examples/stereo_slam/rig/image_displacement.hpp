@@ -17,6 +17,7 @@ namespace stereo_slam {
 /// about its optical axis is c. All coefficients are in px.
 struct ImageDisplacement {
   static constexpr int kTerms = 5;
+  static constexpr int kSeen = 3;  ///< of them a frame measures well: a, b and c
   using Coefficients = antipode::Vector<double, kTerms>;
   using Covariance = antipode::Matrix<double, kTerms>;
   using Basis = antipode::Matrix<double, 2, kTerms>;  ///< d (u, v) / d coefficients

@@ -114,14 +114,14 @@ ImageDisplacement::Coefficients RightCamera::sigma_by_velocity_px(const RightIma
 
 ImageDisplacement::Covariance RightCamera::displacement_information(const RightImageState& image) const {
   constexpr double kLeastVariance_px2 = 0.02 * 0.02;
-  if (vibration_.present()) return vibration_.information(image.displacement);
-  // A jerk is seen in the displacement alone.
   constexpr double kClear2 = 25.0;  // five sigma
-  constexpr int kSeen = 3;          // coefficients that a frame measures well
-  ImageDisplacement::Coefficients variance_px2 = sigma_by_velocity_px(image).cwiseAbs2();
-  for (int i = 0; i < kSeen; ++i) {
+  const bool vibrates = vibration_.present();
+  ImageDisplacement::Coefficients variance_px2 =
+      vibrates ? vibration_.mean_square_px2() : sigma_by_velocity_px(image).cwiseAbs2();
+  for (int i = 0; i < ImageDisplacement::kSeen; ++i) {
+    // It may be larger than any before. A jerk of the rig is seen in the displacement alone.
     const double displacement2 = image.displacement[i] * image.displacement[i];
-    if (displacement2 > kClear2 * image.covariance(i, i))
+    if (vibrates || displacement2 > kClear2 * image.covariance(i, i))
       variance_px2[i] = std::max(variance_px2[i], displacement2);
   }
   return (variance_px2.array() + kLeastVariance_px2).inverse().matrix().asDiagonal();
@@ -202,7 +202,7 @@ std::vector<MotionChange> RightCamera::correct(const std::vector<Pose>& motions)
 }
 
 RigSummary RightCamera::summary() const {
-  RigSummary summary{.right_delay = delay(),
+  RigSummary summary{.right_delay = rectification_.delay(),
                      .refused_learned = refused_learned_ || rectification_.dropped_learned()};
   if (!settings_.enabled) return summary;
   summary.lens_error = rectification_.lens_error();

@@ -20,7 +20,7 @@ class Vibration {
     if (last_.size() > kRest) last_.erase(last_.begin());
     frames_ = std::min(frames_ + 1, kWindow);
     mean_square_ += (displacement.cwiseAbs2() - mean_square_) / frames_;
-    const double largest = mean_square_.head<kSeen>().maxCoeff();
+    const double largest = mean_square_.head<ImageDisplacement::kSeen>().maxCoeff();
     present_ = largest > (present_ ? kEnds_px2 : kBegins_px2);
   }
 
@@ -42,27 +42,20 @@ class Vibration {
     ImageDisplacement::Coefficients variance = ImageDisplacement::Coefficients::Zero();
     for (const auto& displacement : last_)
       variance += (displacement - mean).cwiseAbs2() / static_cast<double>(kRest);
-    if (variance.head<kSeen>().maxCoeff() > kEnds_px2) return std::nullopt;
+    if (variance.head<ImageDisplacement::kSeen>().maxCoeff() > kEnds_px2) return std::nullopt;
     return mean;
   }
 
-  /// Information of the displacement of a frame besides what the landmarks of the frame show; its mean is
-  /// zero. The points of the odometry show it to be about `displacement`, which may be larger than any
-  /// before.
-  [[nodiscard]] ImageDisplacement::Covariance information(
-      const ImageDisplacement::Coefficients& displacement) const {
-    ImageDisplacement::Coefficients variance_px2 = mean_square_;
-    variance_px2.head<kSeen>() = variance_px2.head<kSeen>().cwiseMax(displacement.head<kSeen>().cwiseAbs2());
-    return (variance_px2.array() + kLeastVariance_px2).inverse().matrix().asDiagonal();
+  /// Mean squares of the displacements of the last frames, px^2.
+  [[nodiscard]] const ImageDisplacement::Coefficients& mean_square_px2() const noexcept {
+    return mean_square_;
   }
 
  private:
-  static constexpr int kSeen = 3;  // coefficients that a frame measures well: a, b and c
   // Their root mean squares in frames of rigid rigs: .04 to .15, .04 to .10 and .06 to .12 px on KITTI 00,
   // 01, 06 and EuRoC MH_01, less than .025 on rendered drives.
   static constexpr double kBegins_px2 = 0.25 * 0.25;
   static constexpr double kEnds_px2 = 0.2 * 0.2;
-  static constexpr double kLeastVariance_px2 = 0.02 * 0.02;
   static constexpr std::size_t kRest = 60;  // frames
   static constexpr int kWindow = 30;        // frames
   static constexpr int kPriorFrames = 10;   // the first frames do not decide alone
