@@ -289,7 +289,7 @@ void print_summary(const RunSummary& summary, const RunOptions& options) {
 
 /// What the run noticed of the right camera.
 void warn_of_right_camera(const RunSummary& summary, bool quiet) {
-  if (summary.refused_learned) {
+  if (summary.rig.refused_learned) {
     warn(
         "the images contradict what --learned says of the cameras, and it was dropped: give the cameras.yaml "
         "of a run with the same cameras and the same calibration, or leave --learned out",
@@ -302,7 +302,8 @@ void warn_of_right_camera(const RunSummary& summary, bool quiet) {
          quiet);
   }
   constexpr double kSigmas = 5.0;
-  if (const auto& delay = summary.right_delay; delay && std::abs(delay->seconds) > kSigmas * delay->sigma_s) {
+  if (const auto& delay = summary.rig.right_delay;
+      delay && std::abs(delay->seconds) > kSigmas * delay->sigma_s) {
     warn(fmt::format("the right images were exposed {:.1f} ms {} than the left ones, as was learned while "
                      "driving and taken into account; poses are better if both cameras are triggered at once",
                      1e3 * std::abs(delay->seconds), delay->seconds > 0.0 ? "later" : "earlier"),
@@ -315,7 +316,7 @@ void warn_of_right_camera(const RunSummary& summary, bool quiet) {
                      "frame, and rest on what was learned while driving from then on",
                      turns.front(), others),
          quiet);
-  } else if (const double px = summary.right_image_displacement_px; std::abs(px) >= kNoticeable_px) {
+  } else if (const double px = summary.rig.right_image_displacement_px; std::abs(px) >= kNoticeable_px) {
     warn(fmt::format("the right image is {:.1f} px farther {} than the calibration says, as was learned "
                      "while driving; check cx of both cameras, and where the images were cut",
                      std::abs(px), px > 0.0 ? "right" : "left"),

@@ -82,14 +82,14 @@ void write_json(std::ostream& stream, const RunSummary& summary, const StereoSeq
   for (const auto& image : summary.unreadable)
     json["unreadable_images"].push_back({{"frame", image.frame}, {"fault", image.fault}});
   json["right_image_misfits"] = summary.right_image_misfits;
-  json["right_image_displacement_px"] = number(summary.right_image_displacement_px);
-  if (const auto& lens = summary.lens_error) {
+  json["right_image_displacement_px"] = number(summary.rig.right_image_displacement_px);
+  if (const auto& lens = summary.rig.lens_error) {
     json["lens_error"] = {{"k1", number(lens->k[0])},
                           {"k2", number(lens->k[1])},
                           {"k1_sigma", number(lens->sigma[0])},
                           {"k2_sigma", number(lens->sigma[1])}};
   }
-  if (const auto& delay = summary.right_delay) json["right_delay"] = as_json(*delay);
+  if (const auto& delay = summary.rig.right_delay) json["right_delay"] = as_json(*delay);
   if (const auto& imu = summary.inertial) {
     json["imu"] = {{"phase", to_string(imu->phase)}, {"starts", imu->starts}, {"restarts", imu->restarts}};
     json["imu"]["nis"] = number(imu->nis);
@@ -104,7 +104,7 @@ void write_json(std::ostream& stream, const RunSummary& summary, const StereoSeq
     if (!imu->fault.empty()) json["imu"]["fault"] = imu->fault;
     if (summary.last_inertial) json["imu"]["last"] = inertial_estimate(*summary.last_inertial);
   }
-  if (summary.refused_learned) json["refused_learned"] = true;
+  if (summary.rig.refused_learned) json["refused_learned"] = true;
   json["right_camera_turns"] = summary.right_camera_turns;
   json["keyframes"] = summary.keyframes;
   json["landmarks"] = summary.landmarks;

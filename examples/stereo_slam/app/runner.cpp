@@ -239,12 +239,8 @@ void add_final_results(const SlamSystem& slam, RunRecord& record) {
   }
   record.map_points = slam.map_points();
   record.loops = slam.loop_events();
-  record.right_image_displacement_px = slam.right_image_displacement_px();
-  record.lens_error = slam.lens_error();
-  record.right_delay = slam.right_image_delay();
+  record.rig = slam.rig();
   record.inertial = slam.inertial();
-  record.refused_learned = slam.refused_learned();
-  record.learned = slam.learned();
 }
 
 std::size_t bytes_per_keyframe(const SlamSystem& slam, const RunRecord& record) {
@@ -333,7 +329,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   if (options.threads) cv::setNumThreads(*options.threads);
   const std::unique_ptr<SlamSystem> system = make_slam(sequence, settings, options);
   SlamSystem& slam = *system;
-  if (options.right_delay && !slam.right_image_delay()) slam.begin_with_delay(*options.right_delay);
+  if (options.right_delay && !slam.rig().right_delay) slam.begin_with_delay(*options.right_delay);
   const SignalGuard signals;
   const RunFolder folder(options.output, options.overwrite);
   FrameDisplay display(options, sequence.camera);
@@ -373,8 +369,7 @@ RunSummary run(const StereoSequence& sequence, const Settings& settings, const R
   header.frames_processed = record.results.size();
   header.unreadable = record.unreadable;
   header.weak_frames_by_reason = summary.weak_frames_by_reason;
-  header.lens_error = summary.lens_error;
-  header.right_delay = summary.right_delay;
+  header.rig = summary.rig;
   header.inertial = summary.inertial;
   header.frame_cost = frame_cost(record);
   header.realtime = realtime_summary(record);

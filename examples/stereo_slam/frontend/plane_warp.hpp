@@ -5,8 +5,8 @@
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/late_exposure.hpp"
 #include "stereo_slam/frontend/patch_alignment.hpp"
+#include "stereo_slam/rig/late_exposure.hpp"
 
 namespace stereo_slam {
 

@@ -6,8 +6,8 @@
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/corners.hpp"
 #include "stereo_slam/frontend/features.hpp"
-#include "stereo_slam/frontend/stereo_measurement.hpp"
-#include "stereo_slam/frontend/stereo_view.hpp"
+#include "stereo_slam/rig/stereo_measurement.hpp"
+#include "stereo_slam/rig/stereo_view.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {

@@ -251,7 +251,7 @@ std::optional<InertialSummary> StereoSlam::inertial() const {
 }
 
 void StereoSlam::save_cameras(const std::filesystem::path& file) const {
-  const auto learned = state_->begun().learned();
+  const auto learned = state_->begun().rig().learned;
   if (!learned) throw std::logic_error("this preset learns nothing of the cameras");
   save_learned_cameras(file, *learned);
 }

@@ -100,22 +100,21 @@ void LocalMap::add(const StereoPoints& points, const std::vector<std::uint32_t>&
   }
 }
 
-void LocalMap::remeasure(const RectificationResidual& before, const RectificationResidual& after) {
+void LocalMap::remeasure(const Remeasurement& change) {
   std::erase_if(landmarks_, [&](Landmark& landmark) {
     const auto z = project(to_point(landmark, landmark.mean, camera_), Pose::identity(), camera_);
     if (!z) return true;
-    const Vector2<double>& left_px = landmark.anchor_px;
-    const StereoPoint now = after.measure(left_px, before.right_position(left_px, z->z())).z;
+    const StereoPoint now = change.of(landmark.anchor_px, *z);
     if (!(now.z() > 0.0)) return true;
-    Matrix3<double> change = Matrix3<double>::Identity();
-    change(2, 2) = now.z() / z->z();  // of the standard deviation, about
+    Matrix3<double> factor = Matrix3<double>::Identity();
+    factor(2, 2) = now.z() / z->z();  // of the standard deviation, about
     landmark.mean = now;
     if (landmark.form == LandmarkForm::kEuclidean) {
       landmark.mean = camera_.back_project(now);
-      change =
-          camera_.back_projection_jacobian(now) * change * camera_.back_projection_jacobian(*z).inverse();
+      factor =
+          camera_.back_projection_jacobian(now) * factor * camera_.back_projection_jacobian(*z).inverse();
     }
-    landmark.covariance = change * landmark.covariance * change.transpose();
+    landmark.covariance = factor * landmark.covariance * factor.transpose();
     return false;
   });
 }

@@ -11,6 +11,7 @@
 #include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/local_map/landmark.hpp"
 #include "stereo_slam/local_map/match.hpp"
+#include "stereo_slam/rig/rectification_residual.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {
@@ -54,9 +55,9 @@ class LocalMap {
   void add(const StereoPoints& points, const std::vector<std::uint32_t>& ids,
            const PoseGaussian& T_keyframe_camera, const StereoFrame& frame);
 
-  /// Converts the landmarks, all measured in the reference keyframe, from the geometry `before` to `after`,
-  /// and drops those whose disparity is then not positive.
-  void remeasure(const RectificationResidual& before, const RectificationResidual& after);
+  /// Converts the landmarks, all measured in the reference keyframe, and drops those whose disparity is then
+  /// not positive.
+  void remeasure(const Remeasurement& change);
 
   /// Positions in the left image of the landmarks that were observed in this frame, px.
   [[nodiscard]] std::vector<Vector2<double>> observed_in(std::size_t frame) const;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/keyframes/keyframe_database.hpp"
+#include "stereo_slam/keyframes/keyframe.hpp"
 
 namespace stereo_slam {
 

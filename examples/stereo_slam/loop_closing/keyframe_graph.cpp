@@ -3,11 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace stereo_slam {
+
 KeyframeGraph::KeyframeGraph(std::size_t max_points, double common_error_rad)
-    : keyframes_(max_points), common_error_rad_(common_error_rad) {}
+    : max_points_(max_points), common_error_rad_(common_error_rad) {}
 
 void KeyframeGraph::load(const SavedMap& map, MapUse use) {
   std::vector<PoseGaussian> poses;
@@ -15,7 +19,7 @@ void KeyframeGraph::load(const SavedMap& map, MapUse use) {
     add(keyframe);
     poses.push_back(keyframe.T_world_keyframe);
   }
-  keyframes_.correct(poses);
+  correct(poses);
   for (const auto& loop : map.loops) segments_.join(segment_of(loop.from), segment_of(loop.to));
   drop_guesses();
   loops_ = map.loops;
@@ -23,12 +27,37 @@ void KeyframeGraph::load(const SavedMap& map, MapUse use) {
 }
 
 std::size_t KeyframeGraph::add(Keyframe keyframe) {
-  const std::size_t id = keyframes_.add(std::move(keyframe));
-  const Keyframe& added = keyframes_[id];
-  const bool begins_segment = added.segment >= segments_.size();
+  const std::size_t id = keyframes_.size();
+  keyframe.id = id;
+  if (keyframe.points.size() > max_points_) keyframe.points.resize(max_points_);
+  keyframe.points.shrink_to_fit();
+  const bool begins_segment = keyframe.segment >= segments_.size();
+  if (id > 0) {
+    const Keyframe& previous = keyframes_.back();
+    if (keyframe.frame <= previous.frame) {
+      throw std::invalid_argument(
+          fmt::format("keyframe of frame {} follows one of frame {}: frames must increase", keyframe.frame,
+                      previous.frame));
+    }
+    keyframe.T_world_keyframe = compose_first_order(previous.T_world_keyframe, keyframe.T_previous_keyframe);
+    keyframe.path_length_m = previous.path_length_m + keyframe.T_previous_keyframe.pose.translation().norm();
+    odometry_.push_back({id - 1, id, keyframe.T_previous_keyframe, !begins_segment});
+  }
   if (begins_segment) segments_.begin(id);
-  if (id > 0) odometry_.push_back({id - 1, id, added.T_previous_keyframe, !begins_segment});
+  keyframes_.push_back(std::move(keyframe));
   return id;
+}
+
+/// Sets the poses of the first keyframes; later ones keep their poses relative to the one before.
+void KeyframeGraph::correct(const std::vector<PoseGaussian>& T_world_keyframe) {
+  for (std::size_t id = 0; id < keyframes_.size(); ++id) {
+    if (id < T_world_keyframe.size()) {
+      keyframes_[id].T_world_keyframe = T_world_keyframe[id];
+    } else if (id > 0) {
+      keyframes_[id].T_world_keyframe =
+          compose_first_order(keyframes_[id - 1].T_world_keyframe, keyframes_[id].T_previous_keyframe);
+    }
+  }
 }
 
 PoseGaussian KeyframeGraph::unknown_link() const {
@@ -39,12 +68,12 @@ void KeyframeGraph::join_segments(const PoseGraphEdge& loop) {
   if (segments_.joined(segment_of(loop.from), segment_of(loop.to))) return;
   const auto motions = segment_motions(loop);
   std::vector<PoseGaussian> poses;
-  for (const auto& keyframe : keyframes_.all()) {
+  for (const auto& keyframe : keyframes_) {
     poses.push_back(keyframe.T_world_keyframe);
     const auto& motion = motions[keyframe.segment];
     if (motion) poses.back().pose = (*motion * poses.back().pose).renormalized();
   }
-  keyframes_.correct(poses);
+  correct(poses);
   segments_.join(segment_of(loop.from), segment_of(loop.to));
   drop_guesses();
 }
@@ -88,14 +117,22 @@ void KeyframeGraph::drop_guesses() {
 
 void KeyframeGraph::replace(const std::vector<KeyframeLink>& links) {
   if (links.empty()) return;
-  keyframes_.replace(links);
-  for (const auto& link : links) odometry_[link.keyframe - 1].T_from_to = link.T_previous_keyframe;
+  for (const auto& [id, T_previous_keyframe] : links) {
+    keyframes_.at(id).T_previous_keyframe = T_previous_keyframe;
+    odometry_[id - 1].T_from_to = T_previous_keyframe;
+  }
   if (!loops_.empty()) return;
   std::vector<PoseGaussian> poses_before;
   for (std::size_t id = 0; id < links.front().keyframe; ++id) {
     poses_before.push_back(keyframes_[id].T_world_keyframe);
   }
-  keyframes_.correct(poses_before);
+  correct(poses_before);
+}
+
+std::size_t KeyframeGraph::memory_bytes() const {
+  std::size_t bytes = keyframes_.capacity() * sizeof(Keyframe);
+  for (const auto& keyframe : keyframes_) bytes += keyframe.points.capacity() * sizeof(KeyframePoint);
+  return bytes;
 }
 
 double KeyframeGraph::path_length_m(std::size_t from, std::size_t to) const {
@@ -115,7 +152,7 @@ PoseGraph KeyframeGraph::pose_graph() const {
                   .loops = loops_,
                   .gauge = fixed_keyframes_,
                   .common_error_rad = common_error_rad_};
-  for (const auto& keyframe : keyframes_.all()) graph.poses.push_back(keyframe.T_world_keyframe.pose);
+  for (const auto& keyframe : keyframes_) graph.poses.push_back(keyframe.T_world_keyframe.pose);
   return graph;
 }
 
@@ -126,7 +163,7 @@ std::vector<LinkedPose> KeyframeGraph::optimize(const PoseGraphSettings& setting
   std::vector<PoseGaussian> estimates;
   estimates.reserve(poses.size());
   for (const auto& pose : poses) estimates.push_back(pose.estimate);
-  keyframes_.correct(estimates);
+  correct(estimates);
   return poses;
 }
 

@@ -7,7 +7,7 @@
 
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/keyframes/keyframe_database.hpp"
+#include "stereo_slam/keyframes/keyframe.hpp"
 #include "stereo_slam/loop_closing/map_segments.hpp"
 #include "stereo_slam/loop_closing/pose_graph.hpp"
 #include "stereo_slam/loop_closing/saved_map.hpp"
@@ -30,7 +30,8 @@ class KeyframeGraph {
   /// these keyframes stay fixed.
   void load(const SavedMap& map, MapUse use);
 
-  /// Appends a keyframe and returns its id. It begins a segment if its segment is new. Throws
+  /// Appends a keyframe and returns its id. It begins a segment if its segment is new. Its id,
+  /// T_world_keyframe and path length are computed here, from the keyframe before. Throws
   /// std::invalid_argument if its frame is not later than the frame of the keyframe before.
   std::size_t add(Keyframe keyframe);
 
@@ -43,7 +44,7 @@ class KeyframeGraph {
   /// The keyframe with this id, which is less than size(). The reference is valid until the next add().
   [[nodiscard]] const Keyframe& operator[](std::size_t id) const { return keyframes_[id]; }
   /// All keyframes, by id.
-  [[nodiscard]] const KeyframeDatabase& keyframes() const noexcept { return keyframes_; }
+  [[nodiscard]] const std::vector<Keyframe>& keyframes() const noexcept { return keyframes_; }
   /// The map segments that the keyframes form.
   [[nodiscard]] const MapSegments& segments() const noexcept { return segments_; }
   /// The accepted loops, in the order in which they were added.
@@ -65,6 +66,9 @@ class KeyframeGraph {
   /// composed anew. Throws std::out_of_range if there is no such keyframe.
   void replace(const std::vector<KeyframeLink>& links);
 
+  /// Memory of all keyframes, bytes.
+  [[nodiscard]] std::size_t memory_bytes() const;
+
   /// Length of the shortest path between two keyframes, m: along the trajectory, or over one loop.
   [[nodiscard]] double path_length_m(std::size_t from, std::size_t to) const;
 
@@ -75,13 +79,15 @@ class KeyframeGraph {
   std::vector<LinkedPose> optimize(const PoseGraphSettings& settings);
 
  private:
+  void correct(const std::vector<PoseGaussian>& T_world_keyframe);
   [[nodiscard]] std::size_t segment_of(std::size_t keyframe) const { return keyframes_[keyframe].segment; }
   [[nodiscard]] std::vector<std::optional<Pose>> segment_motions(const PoseGraphEdge& loop) const;
   void drop_guesses();
   [[nodiscard]] std::vector<LinkedPose> with_covariances(const PoseGraph& graph,
                                                          const PoseGraphSettings& settings) const;
 
-  KeyframeDatabase keyframes_;  // with their poses
+  std::size_t max_points_;  // of a keyframe
+  std::vector<Keyframe> keyframes_;
   MapSegments segments_;
   std::vector<PoseGraphEdge> odometry_;  // edge k leads from keyframe k to k + 1
   std::vector<PoseGraphEdge> loops_;     // accepted

@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <utility>
 
+#include "stereo_slam/core/pixel_noise.hpp"
+
 namespace stereo_slam {
 namespace {
 
-constexpr double kLoopCovarianceScale = 2.0;  // for errors that the points of a loop have in common
-constexpr int kMaxPoints = 500;               // that a keyframe keeps for place recognition
+constexpr int kMaxPoints = 500;  // that a keyframe keeps for place recognition
 
 /// The loop as an edge of the graph, with the covariance that accounts for what its points have in common.
 [[nodiscard]] PoseGraphEdge edge_of(const LoopMeasurement& loop) {
@@ -30,20 +31,18 @@ LoopCloser::LoopCloser(const StereoCamera& camera, const Settings& settings, con
       consistency_(settings.loop_verification) {
   if (loaded.keyframes.empty()) return;
   graph_.load(loaded, use);
-  for (const auto& keyframe : graph_.keyframes().all()) candidates_.add(keyframe);
+  for (const auto& keyframe : graph_.keyframes()) candidates_.add(keyframe);
 }
 
 void LoopCloser::save(SavedMap& map) const {
-  map.keyframes = graph_.keyframes().all();
+  map.keyframes = graph_.keyframes();
   map.loops = graph_.loops();
   for (auto& keyframe : map.keyframes) {
     for (auto& point : keyframe.points) point.landmark = identity_(point.landmark);
   }
 }
 
-std::size_t LoopCloser::memory_bytes() const {
-  return graph_.keyframes().memory_bytes() + candidates_.memory_bytes();
-}
+std::size_t LoopCloser::memory_bytes() const { return graph_.memory_bytes() + candidates_.memory_bytes(); }
 
 std::optional<LoopCorrection> LoopCloser::process(Keyframe keyframe) {
   const Keyframe& added = add_keyframe(std::move(keyframe));

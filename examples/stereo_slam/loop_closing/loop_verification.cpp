@@ -152,7 +152,7 @@ Matrix6<double> gate_allowance(double length_m) {
 }
 
 std::vector<LoopMeasurement> LoopConsistency::add(const std::optional<LoopMeasurement>& loop,
-                                                  const KeyframeDatabase& keyframes) {
+                                                  const std::vector<Keyframe>& keyframes) {
   if (!loop) {
     agreeing_.clear();
     return {};

@@ -9,7 +9,7 @@
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/keyframes/keyframe_database.hpp"
+#include "stereo_slam/keyframes/keyframe.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {
@@ -55,7 +55,7 @@ class LoopConsistency {
   /// row agree, returns all loops of the row, then one by one. A row stays within one pair of segments: the
   /// pose between segments is a guess.
   [[nodiscard]] std::vector<LoopMeasurement> add(const std::optional<LoopMeasurement>& loop,
-                                                 const KeyframeDatabase& keyframes);
+                                                 const std::vector<Keyframe>& keyframes);
 
  private:
   LoopVerificationSettings settings_;

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "stereo_slam/keyframes/keyframe_database.hpp"
+#include "stereo_slam/keyframes/keyframe.hpp"
 #include "stereo_slam/loop_closing/saved_map.hpp"
 
 namespace stereo_slam {

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "stereo_slam/keyframes/keyframe_database.hpp"
+#include "stereo_slam/keyframes/keyframe.hpp"
 #include "stereo_slam/loop_closing/descriptor_tree.hpp"
 #include "stereo_slam/settings/settings.hpp"
 

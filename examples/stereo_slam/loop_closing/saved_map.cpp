@@ -81,7 +81,6 @@ void check_camera(const StereoCamera& camera) {
 }
 
 void check_rectification(const RectificationEstimate& estimate, const StereoCamera& camera) {
-  constexpr int kTerms = RectificationResidual::kTerms;
   const std::string_view where = "rectification";
   require(estimate.coefficients.allFinite() && estimate.lens.allFinite() && estimate.row_vector.allFinite() &&
               estimate.disparity_vector.allFinite(),
@@ -89,9 +88,9 @@ void check_rectification(const RectificationEstimate& estimate, const StereoCame
   require(estimate.coefficients.cwiseAbs().maxCoeff() < camera.width_px &&
               LensResidual(camera, estimate.lens).is_moderate(),
           where, "moves points out of the image");
-  require(is_positive_definite<kTerms>(estimate.row_information) &&
-              is_positive_definite<CameraErrors::kTerms>(estimate.disparity_information),
-          where, "has an information that is not positive definite");
+  require(
+      is_positive_definite(estimate.row_information) && is_positive_definite(estimate.disparity_information),
+      where, "has an information that is not positive definite");
 }
 
 /// Largest shift of a point by the correction of the lens, in image widths: a moderate lens has less.

@@ -7,9 +7,9 @@
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/online_rectification.hpp"
-#include "stereo_slam/keyframes/keyframe_database.hpp"
+#include "stereo_slam/keyframes/keyframe.hpp"
 #include "stereo_slam/loop_closing/pose_graph.hpp"
+#include "stereo_slam/rig/rectification_estimator.hpp"
 
 namespace stereo_slam {
 

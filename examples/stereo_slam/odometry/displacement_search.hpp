@@ -6,8 +6,8 @@
 
 #include "stereo_slam/frontend/optical_flow.hpp"
 #include "stereo_slam/frontend/plane_warp.hpp"
-#include "stereo_slam/frontend/stereo_view.hpp"
-#include "stereo_slam/odometry/displacement_estimation.hpp"
+#include "stereo_slam/rig/displacement_estimation.hpp"
+#include "stereo_slam/rig/stereo_view.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {

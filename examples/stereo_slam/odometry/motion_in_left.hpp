@@ -7,7 +7,7 @@
 
 #include "stereo_slam/frontend/optical_flow.hpp"
 #include "stereo_slam/frontend/plane_warp.hpp"
-#include "stereo_slam/frontend/stereo_view.hpp"
+#include "stereo_slam/rig/stereo_view.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 /// @file

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "stereo_slam/core/opencv_points.hpp"
+#include "stereo_slam/core/pixel_noise.hpp"
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/frontend/stereo_matching.hpp"
 #include "stereo_slam/odometry/motion_estimation.hpp"
@@ -28,7 +29,7 @@ using Points = std::vector<cv::Point2f>;
                                                              const OdometrySettings& settings) {
   const auto& [previous, current] = pyramids;
   const StereoCamera& camera = view.camera;
-  const RectificationResidual& rectification = view.rectification;
+  const auto& rectification = view.rectification;
   const FlowOptions options{.window_px = settings.window_px, .max_level = settings.pyramid_levels - 1};
   const Pose T_current_previous = T_previous_current.inverse();
   Points previous_left, previous_right, left_guess;
@@ -145,8 +146,7 @@ struct MotionOfTracks {
 /// the light on a surface changes, or a vehicle hides half of what moves. Its size is that with which five
 /// rendered drives have the right share of poses inside (docs/results/history/2026-11-29-one-estimator.md).
 [[nodiscard]] PoseGaussian with_shared_error(PoseGaussian motion, const StereoCamera& camera) {
-  constexpr double kShared_px = 0.02;  // root mean square of the angles times the focal length
-  const Vector6<double> sigma = kShared_px / camera.fx * common_error_per_rad(motion);
+  const Vector6<double> sigma = kSharedInFrame_px / camera.fx * common_error_per_rad(motion);
   motion.covariance.diagonal() += sigma.cwiseAbs2();
   return motion;
 }

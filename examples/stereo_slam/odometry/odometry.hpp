@@ -6,11 +6,11 @@
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/frontend/optical_flow.hpp"
-#include "stereo_slam/frontend/right_image_fit.hpp"
-#include "stereo_slam/frontend/stereo_view.hpp"
 #include "stereo_slam/odometry/motion_estimation.hpp"
 #include "stereo_slam/odometry/point_tracks.hpp"
 #include "stereo_slam/odometry/two_view_adjustment.hpp"
+#include "stereo_slam/rig/right_image_fit.hpp"
+#include "stereo_slam/rig/stereo_view.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {

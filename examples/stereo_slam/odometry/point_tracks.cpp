@@ -9,6 +9,7 @@
 
 #include "stereo_slam/core/chi_square.hpp"
 #include "stereo_slam/core/opencv_points.hpp"
+#include "stereo_slam/core/pixel_noise.hpp"
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/frontend/patch_alignment.hpp"
 #include "stereo_slam/frontend/plane_warp.hpp"
@@ -18,8 +19,7 @@
 namespace stereo_slam {
 namespace {
 
-constexpr double kMinCorrelation = 0.8;   // of aligned patches
-constexpr double kLeastSigma_px = 0.025;  // of a coordinate, however sharp the patch
+constexpr double kMinCorrelation = 0.8;  // of aligned patches
 
 /// A point as found in the current frame.
 struct MeasuredPoint {
@@ -63,7 +63,7 @@ struct PointMeasurement {
     if (std::abs(measured.row_error_px) > settings.max_row_error_px || !(measured.z.z() > 0.0)) return result;
     measured.covariance_px2 =
         measured.with_disparity(stereo_patch_covariance(left->covariance_px2, right->covariance_px2) +
-                                stereo_pixel_covariance(kLeastSigma_px));
+                                stereo_pixel_covariance(kLeastTrackedSigma_px));
     result.measured = measured;
     return result;
   }
@@ -149,9 +149,8 @@ void PointTracks::compare_with(const std::optional<Pose>& T_previous_current, co
   }
 }
 
-void PointTracks::remeasure(const RectificationResidual& before, const RectificationResidual& after) {
-  for (auto& point : points_)
-    point.z = after.measure(point.left_px, before.right_position(point.left_px, point.z.z())).z;
+void PointTracks::remeasure(const Remeasurement& change) {
+  for (auto& point : points_) point.z = change.of(point.left_px, point.z);
   std::erase_if(points_, [](const TrackedPoint& point) { return !(point.z.z() > 0.0); });
 }
 

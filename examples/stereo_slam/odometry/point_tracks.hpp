@@ -7,11 +7,10 @@
 
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/corners.hpp"
-#include "stereo_slam/frontend/online_rectification.hpp"
 #include "stereo_slam/frontend/optical_flow.hpp"
-#include "stereo_slam/frontend/right_image_fit.hpp"
-#include "stereo_slam/frontend/stereo_view.hpp"
 #include "stereo_slam/odometry/motion_estimation.hpp"
+#include "stereo_slam/rig/right_image_fit.hpp"
+#include "stereo_slam/rig/stereo_view.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {
@@ -51,9 +50,8 @@ class PointTracks {
   void compare_with(const std::optional<Pose>& T_previous_current, const StereoCamera& camera,
                     double pixel_sigma_px);
 
-  /// Converts the last measurements from the rectification `before` to `after`, and drops points whose
-  /// disparity is then not positive.
-  void remeasure(const RectificationResidual& before, const RectificationResidual& after);
+  /// Converts the last measurements, and drops points whose disparity is then not positive.
+  void remeasure(const Remeasurement& change);
 
   /// Drops the points that are nearer than settings.odometry.exclusion_px to `reserved_px`. If few are left,
   /// adds corners with a stereo match where there is room.

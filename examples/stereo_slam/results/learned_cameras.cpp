@@ -10,9 +10,9 @@
 #include <fmt/ranges.h>
 
 #include "stereo_slam/calibration/yaml_map.hpp"
-#include "stereo_slam/frontend/lens_residual.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/output_file.hpp"
+#include "stereo_slam/rig/lens_residual.hpp"
 #include "stereo_slam/settings/yaml_file.hpp"
 
 namespace stereo_slam {

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <ostream>
 
-#include "stereo_slam/frontend/learned_cameras.hpp"
 #include "stereo_slam/loop_closing/saved_map.hpp"
+#include "stereo_slam/rig/learned_cameras.hpp"
 
 namespace stereo_slam {
 

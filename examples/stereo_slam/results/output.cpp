@@ -133,7 +133,8 @@ void write_results(const std::filesystem::path& folder, const RunRecord& record)
   write("loops.csv", [&](auto& out) { write_loops(out, record.loops); });
   write("map.ply", [&](auto& out) { write_ply(out, record.map_points); });
   if (record.inertial) write("inertial.csv", [&](auto& out) { write_inertial(out, record.results); });
-  if (record.learned) write("cameras.yaml", [&](auto& out) { write_learned_cameras(out, *record.learned); });
+  if (record.rig.learned)
+    write("cameras.yaml", [&](auto& out) { write_learned_cameras(out, *record.rig.learned); });
   if (!first_error.empty()) throw std::runtime_error(first_error);
 }
 

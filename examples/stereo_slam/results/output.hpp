@@ -49,12 +49,8 @@ struct RunRecord {
   std::vector<MapPoint> map_points;
   std::vector<LoopEvent> loops;
   std::vector<UnreadableImage> unreadable;
-  double right_image_displacement_px = 0.0;  ///< Slam::right_image_displacement_px()
-  std::optional<LensEstimate> lens_error = std::nullopt;
-  std::optional<DelayEstimate> right_delay = std::nullopt;  ///< SlamSystem::right_image_delay()
-  std::optional<LearnedCameras> learned = std::nullopt;     ///< nothing where nothing is learned
-  std::optional<InertialSummary> inertial = std::nullopt;   ///< nothing without an IMU
-  bool refused_learned = false;                             ///< SlamSystem::refused_learned()
+  RigSummary rig{};                                        ///< as learned at the end
+  std::optional<InertialSummary> inertial = std::nullopt;  ///< nothing without an IMU
   std::optional<RealtimeRecord> realtime = std::nullopt;
 };
 

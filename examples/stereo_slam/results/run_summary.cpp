@@ -25,14 +25,11 @@ RunSummary summary_of(const RunRecord& record) {
     if (result.weak.right_camera_turned) summary.right_camera_turns.push_back(result.index);
   }
   summary.weak_frames_by_reason = count_reasons(record, TrackingStatus::kWeak);
-  summary.right_image_displacement_px = record.right_image_displacement_px;
-  summary.lens_error = record.lens_error;
-  summary.right_delay = record.right_delay;
+  summary.rig = record.rig;
   summary.inertial = record.inertial;
   for (const auto& result : record.results) {
     if (result.inertial.phase == InertialPhase::kRunning) summary.last_inertial = result.inertial;
   }
-  summary.refused_learned = record.refused_learned;
   summary.unreadable = record.unreadable;
   summary.keyframes = count_frames(record, &FrameResult::is_keyframe);
   summary.landmarks = record.map_points.size();

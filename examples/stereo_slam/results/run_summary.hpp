@@ -21,12 +21,9 @@ struct RunSummary {
   ReasonCounts weak_frames_by_reason{};          ///< why frames have the status kWeak
   std::vector<std::size_t> right_image_misfits;  ///< frames whose right image does not fit the left one
   std::vector<std::size_t> right_camera_turns;   ///< frames in which a turn of the right camera was noticed
-  double right_image_displacement_px = 0.0;      ///< that the rows do not show, at the end
-  std::optional<LensEstimate> lens_error{};      ///< as learned at the end
-  std::optional<DelayEstimate> right_delay{};    ///< of the right images, likewise
+  RigSummary rig{};                              ///< as learned at the end
   std::optional<InertialSummary> inertial{};     ///< nothing without an IMU
   std::optional<InertialEstimate> last_inertial{};  ///< of the last frame in which its filter ran
-  bool refused_learned = false;                     ///< what --learned gave is of other cameras
   std::vector<UnreadableImage> unreadable;          ///< images that were treated as missing
   std::size_t keyframes = 0;
   std::size_t landmarks = 0;

@@ -183,8 +183,8 @@ void write_run_yaml(const std::filesystem::path& folder, const RunHeader& header
   if (header.realtime) emit_realtime(yaml, *header.realtime);
   emit_memory(yaml, header);
   if (header.state != "running") emit_reasons(yaml, header.weak_frames_by_reason);
-  if (header.lens_error) emit_lens_error(yaml, *header.lens_error);
-  if (header.right_delay) emit_right_delay(yaml, *header.right_delay);
+  if (header.rig.lens_error) emit_lens_error(yaml, *header.rig.lens_error);
+  if (header.rig.right_delay) emit_right_delay(yaml, *header.rig.right_delay);
   if (header.inertial) emit_inertial(yaml, *header.inertial);
   emit_unreadable(yaml, header.unreadable);
   emit_dataset(yaml, sequence);

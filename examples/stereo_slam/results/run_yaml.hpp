@@ -28,9 +28,8 @@ struct RunHeader {
   std::size_t bytes_per_keyframe = 0;                         ///< memory of loop closure; zero without it
   std::vector<UnreadableImage> unreadable{};
   ReasonCounts weak_frames_by_reason{};
-  std::optional<LensEstimate> lens_error{};    ///< as learned at the end
-  std::optional<DelayEstimate> right_delay{};  ///< of the right images, likewise
-  std::optional<InertialSummary> inertial{};   ///< nothing without an IMU
+  RigSummary rig{};                           ///< as learned at the end
+  std::optional<InertialSummary> inertial{};  ///< nothing without an IMU
 };
 
 /// Writes run.yaml: version, state, dataset, host and all settings. load_settings reads it. If it cannot be

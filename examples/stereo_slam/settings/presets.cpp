@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "stereo_slam/core/pixel_noise.hpp"
+
 namespace stereo_slam {
 namespace {
 
@@ -44,7 +46,7 @@ void apply_fast(Settings& settings) {
   settings.keyframes.min_match_ratio = 0.45;
   settings.keyframes.min_matches = 35;
   settings.update.method = PoseUpdateMethod::kLeastSquares;
-  settings.calibration.common_error_px = 0.011;  // patches change more in the longer life of a keyframe
+  settings.calibration.common_error_px = kCommonErrorFast_px;
 }
 
 struct Preset {

@@ -8,6 +8,8 @@
 /// here. The meaning, unit and range of each setting are in schema.cpp only; the YAML reader checks values
 /// against the range, and `stereo_slam --print-settings` prints all three. Most other
 /// numbers are constants beside their use.
+#include "stereo_slam/core/pixel_noise.hpp"
+
 namespace stereo_slam {
 
 /// Preparation of the images.
@@ -31,7 +33,7 @@ struct StereoMatchingSettings {
 struct CalibrationSettings {
   double scale_sigma = 0.0;
   double principal_point_sigma_px = 0.0;
-  double common_error_px = 0.008;
+  double common_error_px = kCommonError_px;
   double scale_sigma_per_px = 0.01;
   double principal_point_per_px = 1.0;
 };
@@ -54,7 +56,7 @@ struct OdometrySettings {
   double max_row_error_px = 1.5;  ///< largest row difference of left and right point (epipolar check)
   int ransac_iterations = 200;    ///< largest number of three-point hypotheses of RANSAC
   int min_inliers = 12;           ///< smallest number of inliers; with fewer the measured motion is not used
-  double pixel_sigma_px = 0.4;
+  double pixel_sigma_px = kOdometrySigma_px;
 };
 
 /// Noise v_k of the prediction (eq. 11) of a frame without odometry; that of the first such frame is smaller
@@ -66,15 +68,15 @@ struct MotionSettings {
 
 /// Data association (sec. IV-C).
 struct AssociationSettings {
-  double feature_sigma_px = 1.0;  ///< standard deviation of a detected corner
-  double max_row_error_px = 2.0;  ///< largest row difference of a stereo match (epipolar check)
+  double feature_sigma_px = kCornerSigma_px;  ///< standard deviation of a detected corner
+  double max_row_error_px = 2.0;              ///< largest row difference of a stereo match (epipolar check)
   /// Flow gate: largest difference between observed and predicted optical flow.
   double flow_tolerance_px = 3.0;
 };
 
 /// Sub-pixel measurement of the reference keyframe's landmarks.
 struct RefinementSettings {
-  double pixel_sigma_px = 0.05;
+  double pixel_sigma_px = kPatchSigma_px;
 };
 
 /// How the landmarks correct the predicted pose. (PaperSlam has its own way: Alg. 2 with 7 x 7 points.)
@@ -106,7 +108,7 @@ struct MapSettings {
   /// Landmarks whose patches correlate less in the two images, or are near and on no common surface, are
   /// added only where there would be fewer than half of max_new_landmarks without them; -1: all are added.
   double clear_correlation = 0.95;
-  double pixel_sigma_px = 0.075;
+  double pixel_sigma_px = kLandmarkSigma_px;
   int cull_after_frames = 5;  ///< time after which a landmark that is not observed is dropped
 };
 
@@ -129,9 +131,9 @@ struct PlaceRecognitionSettings {
 
 /// Geometric check of a loop candidate.
 struct LoopVerificationSettings {
-  int ransac_iterations = 1000;  ///< largest number of samples of three points that RANSAC draws
-  double pixel_sigma_px = 1.0;   ///< standard deviation of a detected corner
-  int min_inliers = 25;          ///< smallest number of inliers of a loop
+  int ransac_iterations = 1000;             ///< largest number of samples of three points that RANSAC draws
+  double pixel_sigma_px = kCornerSigma_px;  ///< standard deviation of a detected corner
+  int min_inliers = 25;                     ///< smallest number of inliers of a loop
   /// Smallest number of inliers of a loop that alone gives a lost camera its place in the map.
   int relocalisation_inliers = 60;
   /// Largest squared Mahalanobis distance to the other loops and to the prediction; 22.458 is the 99.9 %

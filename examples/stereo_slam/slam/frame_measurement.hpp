@@ -8,10 +8,10 @@
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/inertial/inertial_filter.hpp"
 #include "stereo_slam/local_map/match.hpp"
-#include "stereo_slam/odometry/displacement_estimation.hpp"
 #include "stereo_slam/odometry/odometry.hpp"
 #include "stereo_slam/odometry/point_tracks.hpp"
-#include "stereo_slam/slam/right_camera.hpp"
+#include "stereo_slam/rig/displacement_estimation.hpp"
+#include "stereo_slam/rig/right_camera.hpp"
 
 namespace stereo_slam {
 

@@ -12,12 +12,11 @@ void KeyframeTrajectory::append(const PoseGaussian& T_keyframe_camera, bool meas
   frames_.push_back({reference(), T_keyframe_camera, measured});
 }
 
-void KeyframeTrajectory::add_keyframe(std::size_t frame, const PoseGaussian& T_previous_keyframe,
-                                      const RectificationEffect& effect) {
+void KeyframeTrajectory::add_keyframe(std::size_t frame, const PoseGaussian& T_previous_keyframe) {
   const bool measured = frames_.back().measured;
   const LinkedPose T_world_keyframe =
       add_link(keyframes_.back().T_world_keyframe, T_previous_keyframe, measured);
-  keyframes_.push_back({frame, T_previous_keyframe, T_world_keyframe, effect, frames_.size() - 1, measured});
+  keyframes_.push_back({frame, T_previous_keyframe, T_world_keyframe, frames_.size() - 1, measured});
   T_odometry_keyframe_ = in_odometry_frame(T_previous_keyframe.pose);
   frames_.back() = {reference(), PoseGaussian{}};  // the keyframe's own frame moves with it
 }
@@ -37,31 +36,35 @@ void KeyframeTrajectory::correct(const std::vector<LinkedPose>& T_world_keyframe
   }
 }
 
-std::vector<KeyframeLink> KeyframeTrajectory::remeasure(const RectificationEstimator& rectification) {
+std::vector<Pose> KeyframeTrajectory::motions() const {
+  std::vector<Pose> result;
+  for (std::size_t id = 1; id < keyframes_.size(); ++id)
+    result.push_back(keyframes_[id].T_previous_keyframe.pose);
+  return result;
+}
+
+std::vector<KeyframeLink> KeyframeTrajectory::remeasure(const std::vector<MotionChange>& changes) {
   // The correction grows with the length of the motion: a frame between two keyframes gets its share of it.
   for (auto& frame : frames_) {
     if (frame.keyframe == reference()) continue;
-    const KeyframePose& next = keyframes_[frame.keyframe + 1];
-    const double length_m = next.T_previous_keyframe.pose.translation().norm();
+    const MotionChange& change = changes[frame.keyframe];
+    const double length_m = keyframes_[frame.keyframe + 1].T_previous_keyframe.pose.translation().norm();
     const double part_m = frame.T_keyframe_camera.pose.translation().norm();
     if (part_m == 0.0 || length_m == 0.0) continue;
     const double share = std::min(part_m / length_m, 1.0);
-    Pose& pose = frame.T_keyframe_camera.pose;
-    pose = pose.boxplus(share * rectification.change_of(next.effect)).renormalized();
-    const Matrix6<double> error = share * share * rectification.nonlinearity_of(next.effect);
+    frame.T_keyframe_camera.pose = change.of(frame.T_keyframe_camera.pose, share);
+    const Matrix6<double> error = share * share * change.nonlinearity;
     frame.T_keyframe_camera.covariance += error;
     frame.recorded_covariance += error;
   }
   std::vector<KeyframeLink> changed;
   for (std::size_t id = 1; id < keyframes_.size(); ++id) {
-    auto& [frame, T_previous_keyframe, T_world_keyframe, effect, position, measured] = keyframes_[id];
-    if (effect.derivative.isZero(0.0) || effect.vibrates) continue;
-    T_previous_keyframe.pose =
-        T_previous_keyframe.pose.boxplus(rectification.change_of(effect)).renormalized();
-    T_previous_keyframe.covariance += rectification.nonlinearity_of(effect) - effect.covariance;
-    effect.applied = rectification.coefficients_during(effect);
-    effect.covariance = rectification.covariance_besides_scale(effect, T_previous_keyframe.pose);
-    T_previous_keyframe.covariance += effect.covariance;
+    const MotionChange& change = changes[id - 1];
+    PoseGaussian& T_previous_keyframe = keyframes_[id].T_previous_keyframe;
+    if (!change.is_corrected) continue;
+    T_previous_keyframe.pose = change.of(T_previous_keyframe.pose);
+    T_previous_keyframe.covariance += change.nonlinearity - change.covariance_before;
+    T_previous_keyframe.covariance += change.covariance;
     changed.push_back({id, T_previous_keyframe});
   }
   correct({keyframes_.front().T_world_keyframe});

@@ -6,8 +6,8 @@
 
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/online_rectification.hpp"
-#include "stereo_slam/keyframes/keyframe_database.hpp"
+#include "stereo_slam/keyframes/keyframe.hpp"
+#include "stereo_slam/rig/seen_motion.hpp"
 
 namespace stereo_slam {
 
@@ -29,10 +29,8 @@ class KeyframeTrajectory {
   void append(const PoseGaussian& T_keyframe_camera, bool measured);
 
   /// Makes the last frame, input frame `frame`, the reference keyframe. `T_previous_keyframe` is its pose
-  /// relative to the last keyframe; the covariance includes that of `effect`, the rectification's effect on
-  /// it.
-  void add_keyframe(std::size_t frame, const PoseGaussian& T_previous_keyframe,
-                    const RectificationEffect& effect = {});
+  /// relative to the last keyframe.
+  void add_keyframe(std::size_t frame, const PoseGaussian& T_previous_keyframe);
 
   /// Replaces the pose of an earlier frame by one relative to the reference keyframe. The frame counts as
   /// measured then.
@@ -41,16 +39,18 @@ class KeyframeTrajectory {
   /// Sets the poses of the first keyframes; the others keep their poses relative to those before them.
   void correct(const std::vector<LinkedPose>& T_world_keyframe);
 
-  /// Corrects, to first order, all motions that were measured with earlier estimates of the rectification to
-  /// what its present estimate would have given. Their covariances get the uncertainty of that estimate. The
-  /// poses in the world are composed anew from the relative poses, without loop corrections. Returns the
-  /// keyframes whose pose relative to the keyframe before changed, in order.
-  std::vector<KeyframeLink> remeasure(const RectificationEstimator& rectification);
+  /// Corrects the motions from keyframe to keyframe, in order, by what was learned of the rig since they were
+  /// measured. The poses in the world are composed anew from the relative poses, without loop corrections.
+  /// Returns the keyframes whose pose relative to the keyframe before changed, in order.
+  std::vector<KeyframeLink> remeasure(const std::vector<MotionChange>& changes);
 
   /// Keeps the path in the odometry frame, which no loop corrects, continuous over a relocalisation: the path
   /// goes on from the predicted pose `expected`, not from the measured one, `found`. Both are
   /// T_keyframe_camera.
   void continue_odometry(const Pose& expected, const Pose& found);
+
+  /// The motions from keyframe to keyframe, in order.
+  [[nodiscard]] std::vector<Pose> motions() const;
 
   [[nodiscard]] std::size_t frames() const noexcept { return frames_.size(); }
   /// Id of the reference keyframe.
@@ -82,9 +82,8 @@ class KeyframeTrajectory {
     std::size_t frame = 0;
     PoseGaussian T_previous_keyframe;
     LinkedPose T_world_keyframe;
-    RectificationEffect effect;  ///< on T_previous_keyframe
-    std::size_t position = 0;    ///< of its own frame in frames_
-    bool measured = true;        ///< T_previous_keyframe was measured, not only predicted
+    std::size_t position = 0;  ///< of its own frame in frames_
+    bool measured = true;      ///< T_previous_keyframe was measured, not only predicted
   };
   struct FramePose {
     std::size_t keyframe = 0;

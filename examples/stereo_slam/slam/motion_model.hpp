@@ -5,10 +5,10 @@
 #include <optional>
 
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/exposure_delay.hpp"
 #include "stereo_slam/inertial/inertial_filter.hpp"
 #include "stereo_slam/odometry/constant_velocity.hpp"
 #include "stereo_slam/odometry/expected_motion.hpp"
+#include "stereo_slam/rig/exposure_delay.hpp"
 #include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/slam/tracked_pose.hpp"
 

@@ -6,11 +6,11 @@
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/stereo_view.hpp"
 #include "stereo_slam/local_map/local_map.hpp"
 #include "stereo_slam/odometry/odometry.hpp"
+#include "stereo_slam/rig/calibration_error.hpp"
+#include "stereo_slam/rig/stereo_view.hpp"
 #include "stereo_slam/settings/settings.hpp"
-#include "stereo_slam/slam/calibration_error.hpp"
 #include "stereo_slam/slam/frame_images.hpp"
 #include "stereo_slam/slam/motion_model.hpp"
 #include "stereo_slam/slam/path.hpp"
@@ -50,7 +50,7 @@ class PaperSlam final : public SlamSystem {
 
  private:
   [[nodiscard]] StereoView view_of(const StereoFrame& frame) const {
-    return {frame, camera_, RectificationResidual(camera_)};
+    return StereoView::exact(frame, camera_);
   }
 
   // The boxes of Fig. 2.

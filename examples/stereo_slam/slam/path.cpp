@@ -49,9 +49,9 @@ void Path::search_loops(const Keyframe& keyframe, const cv::Mat& left, const Len
                        segment_.localised() ? CorrectionDelay::kUsual : CorrectionDelay::kShort);
 }
 
-void Path::finish(const RectificationEstimator* rectification) {
+void Path::finish(const std::vector<MotionChange>& learned) {
   std::vector<KeyframeLink> links;
-  if (rectification != nullptr) links = trajectory_.remeasure(*rectification);
+  if (!learned.empty()) links = trajectory_.remeasure(learned);
   const auto correction = loops_ ? loops_->finish(links) : std::nullopt;
   if (correction) correct(*correction);
 }

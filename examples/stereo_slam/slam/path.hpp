@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/online_rectification.hpp"
-#include "stereo_slam/keyframes/keyframe_database.hpp"
+#include "stereo_slam/keyframes/keyframe.hpp"
 #include "stereo_slam/local_map/local_map.hpp"
 #include "stereo_slam/loop_closing/async_loop_closer.hpp"
 #include "stereo_slam/loop_closing/loop_closer.hpp"
 #include "stereo_slam/loop_closing/saved_map.hpp"
+#include "stereo_slam/rig/seen_motion.hpp"
 #include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/slam/global_map.hpp"
 #include "stereo_slam/slam/keyframe_trajectory.hpp"
@@ -45,9 +45,8 @@ class Path {
   bool correct_before(std::size_t frame);
 
   /// Makes the last frame the reference keyframe, see KeyframeTrajectory.
-  void add_keyframe(std::size_t frame, const PoseGaussian& T_previous_keyframe,
-                    const RectificationEffect& effect) {
-    trajectory_.add_keyframe(frame, T_previous_keyframe, effect);
+  void add_keyframe(std::size_t frame, const PoseGaussian& T_previous_keyframe) {
+    trajectory_.add_keyframe(frame, T_previous_keyframe);
   }
 
   /// Gives the points of the reference keyframe to the loop closing; `left` is its image.
@@ -69,9 +68,9 @@ class Path {
     trajectory_.continue_odometry(expected, found);
   }
 
-  /// After the last frame: corrects all motions to the last estimate of the rectification, if there is one,
-  /// and applies the loop corrections that are still being computed.
-  void finish(const RectificationEstimator* rectification);
+  /// After the last frame: corrects the motions between keyframes by what was learned of the rig, if anything
+  /// was, and applies the loop corrections that are still being computed.
+  void finish(const std::vector<MotionChange>& learned);
 
   [[nodiscard]] SegmentState& segment() noexcept { return segment_; }
   [[nodiscard]] const KeyframeTrajectory& trajectory() const noexcept { return trajectory_; }

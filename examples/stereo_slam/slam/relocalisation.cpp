@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/slam/relocalisation.hpp"
 
+#include "stereo_slam/core/pixel_noise.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/local_map/landmark_projection.hpp"
 #include "stereo_slam/loop_closing/loop_verification.hpp"
@@ -10,10 +11,6 @@ namespace {
 
 /// At least one in this many of the landmarks that should be in view has to agree with the pose.
 constexpr std::size_t kMinFoundShare = 3;
-
-/// Factor on the covariance of the rough pose. The pose comes from points that the update uses again: it says
-/// where to look, and must hardly count as information.
-constexpr double kPriorScale = 9.0;
 
 /// The alignment finds few landmarks if the rough pose is off by more than its reach. These few correct the
 /// pose, so that the next round finds more.
@@ -43,7 +40,7 @@ std::optional<PoseGaussian> recognise_keyframe(const Keyframe& keyframe, const P
 
   const MapView map{source.landmarks, view.camera};
   const PoseGaussian& rough = verified.loop.T_old_new;
-  const PoseGaussian prior{rough.pose, kPriorScale * rough.covariance};
+  const PoseGaussian prior{rough.pose, kRecognisedScale * rough.covariance};
   PoseGaussian expected = prior;
   for (int round = 0; round < kRounds; ++round) {
     const Association association = search_at(expected, map, view.rectification.lens(), settings.map);

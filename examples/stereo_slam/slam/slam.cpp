@@ -8,9 +8,10 @@
 
 #include "stereo_slam/frontend/equal_brightness.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
+#include "stereo_slam/odometry/disparity_error_search.hpp"
 #include "stereo_slam/odometry/motion_in_left.hpp"
-#include "stereo_slam/odometry/shared_disparity_error.hpp"
 #include "stereo_slam/tracking/predict.hpp"
+#include "stereo_slam/tracking/rig_constraints.hpp"
 #include "stereo_slam/tracking/update.hpp"
 
 namespace stereo_slam {
@@ -94,10 +95,10 @@ void Slam::find_first_velocity(const FrameImages& images, StageClock& clock) {
   for (int i = 0; i < kRounds; ++i) {
     const OdometryResult odometry = measure(images, nullptr, clock).odometry;
     if (!odometry.valid) return;
-    const RectificationResidual before = right_camera_.geometry();
-    right_camera_.expose_with(motion_.velocity_by(odometry.T_previous_current.pose, images.frame.stamp_ns));
-    tracks_.remeasure(before, right_camera_.geometry());
-    local_map_.remeasure(before, right_camera_.geometry());
+    const Remeasurement change = right_camera_.expose_with(
+        motion_.velocity_by(odometry.T_previous_current.pose, images.frame.stamp_ns));
+    tracks_.remeasure(change);
+    local_map_.remeasure(change);
   }
 }
 
@@ -110,7 +111,6 @@ void Slam::find_first_displacement(const FrameImages& images) {
   const StereoCamera& camera = right_camera_.camera();
   const auto velocity = motion_.velocity();
   if (velocity && velocity->per_s.tail<3>().norm() * velocity->frame_s < kTells * camera.baseline_m) return;
-  const RectificationResidual before = right_camera_.geometry();
   std::vector<StereoPoint> previous;
   std::vector<Vector2<double>> current_px;
   for (const auto& point :
@@ -118,33 +118,28 @@ void Slam::find_first_displacement(const FrameImages& images) {
                       right_camera_.view_of(images.frame),
                       motion_.expected_until(images.frame.stamp_ns).T_previous_current, settings_.odometry)) {
     previous.push_back(point.previous.z);
-    current_px.push_back(before.lens().corrected(point.left_px));
+    current_px.push_back(right_camera_.lens().corrected(point.left_px));
   }
   const auto error =
       find_shared_disparity_error(previous, current_px, camera, settings_.odometry.pixel_sigma_px);
-  if (!error || !right_camera_.test_disparities(*error)) return;
-  tracks_.remeasure(before, right_camera_.geometry());
-  local_map_.remeasure(before, right_camera_.geometry());
+  const auto change = error ? right_camera_.test_disparities(*error) : std::nullopt;
+  if (!change) return;
+  tracks_.remeasure(*change);
+  local_map_.remeasure(*change);
 }
 
 /// Learns the velocity of the motion to this frame, with which its late right image is seen from now on.
 void Slam::learn_velocity() {
-  if (!right_camera_.is_late()) return;
-  const RectificationResidual before = right_camera_.geometry();
-  right_camera_.move_with(motion_.velocity());
-  tracks_.remeasure(before, right_camera_.geometry());
+  if (right_camera_.is_late()) tracks_.remeasure(right_camera_.move_with(motion_.velocity()));
 }
 
 /// Takes the displacement of the right image that the landmarks show, and returns the covariance that its
 /// uncertainty adds to a pose that they measure.
 Matrix6<double> Slam::correct_displacement(FrameMeasurement& measured) {
   if (!measured.displacement_left || !right_camera_.may_be_displaced()) return Matrix6<double>::Zero();
-  const RectificationResidual before = right_camera_.geometry();
-  right_camera_.displace(*measured.displacement_left);
-  const RectificationResidual after = right_camera_.geometry();
-  tracks_.remeasure(before, after);
-  for (auto& match : measured.matches)
-    match.z = after.measure(match.left_px, before.right_position(match.left_px, match.z.z())).z;
+  const Remeasurement change = right_camera_.displace(*measured.displacement_left);
+  tracks_.remeasure(change);
+  for (auto& match : measured.matches) match.z = change.of(match.left_px, match.z);
   return measured.displacement_left->pose_covariance();
 }
 
@@ -188,7 +183,7 @@ std::optional<PoseGaussian> Slam::relocalise(const FrameImages& images) const {
   const auto points =
       measure_stereo_points(view, extract_features(images.frame.left, settings_.features), {}, settings_);
   Keyframe keyframe = reference_.keyframe;
-  describe(keyframe.points, reference_.left, right_camera_.geometry().lens());
+  describe(keyframe.points, reference_.left, right_camera_.lens());
   auto found =
       recognise_keyframe(keyframe, {local_map_.landmarks(), reference_.left}, view, points, settings_);
   if (!found || previous_.lost) return found;
@@ -348,11 +343,13 @@ PoseGaussian Slam::reported(const TrackedPose& tracked) const {
   PoseGaussian pose = measured_pose(tracked);
   const Vector3<double> error_m = reference_.scale_sigma * pose.pose.inverse().translation();
   pose.covariance.bottomRightCorner<3, 3>() += error_m * error_m.transpose();
-  if (fits_landmarks(tracked))
-    pose.covariance += right_camera_.velocity_covariance(tracked.matches, local_map_.view(), pose.pose);
+  if (right_camera_.is_late() && fits_landmarks(tracked)) {
+    pose.covariance +=
+        right_camera_.velocity_covariance(seen_motion(tracked.matches, local_map_.view(), pose.pose));
+  }
   return pose;
 }
 
-void Slam::finish() { path_.finish(right_camera_.learns() ? &right_camera_.rectification() : nullptr); }
+void Slam::finish() { path_.finish(right_camera_.correct(path_.trajectory().motions())); }
 
 }  // namespace stereo_slam

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "stereo_slam/core/pixel_noise.hpp"
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
@@ -17,15 +18,14 @@
 #include "stereo_slam/loop_closing/saved_map.hpp"
 #include "stereo_slam/odometry/odometry.hpp"
 #include "stereo_slam/odometry/point_tracks.hpp"
+#include "stereo_slam/rig/right_camera.hpp"
 #include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/slam/frame_images.hpp"
 #include "stereo_slam/slam/frame_measurement.hpp"
 #include "stereo_slam/slam/judgement.hpp"
 #include "stereo_slam/slam/motion_model.hpp"
-#include "stereo_slam/slam/noise_scale.hpp"
 #include "stereo_slam/slam/path.hpp"
 #include "stereo_slam/slam/relocalisation.hpp"
-#include "stereo_slam/slam/right_camera.hpp"
 #include "stereo_slam/slam/slam_system.hpp"
 #include "stereo_slam/slam/stage_clock.hpp"
 #include "stereo_slam/slam/tracked_pose.hpp"
@@ -62,17 +62,11 @@ class Slam final : public SlamSystem {
   [[nodiscard]] std::vector<Matrix6<double>> relative_covariances() const override {
     return path_.trajectory().relative_covariances();
   }
-  [[nodiscard]] CalibrationError calibration_error() const override;
-  [[nodiscard]] double right_image_displacement_px() const override {
-    return right_camera_.displacement_px();
+  [[nodiscard]] CalibrationError calibration_error() const override {
+    return right_camera_.calibration_error(settings_.calibration);
   }
-  [[nodiscard]] std::optional<LensEstimate> lens_error() const override;
-  [[nodiscard]] std::optional<DelayEstimate> right_image_delay() const override {
-    return right_camera_.rectification().delay();
-  }
+  [[nodiscard]] RigSummary rig() const override { return right_camera_.summary(); }
   void begin_with_delay(const DelayEstimate& known) override { right_camera_.begin_with_delay(known); }
-  [[nodiscard]] std::optional<LearnedCameras> learned() const override;
-  [[nodiscard]] bool refused_learned() const override { return right_camera_.refused_learned(); }
   [[nodiscard]] std::optional<InertialSummary> inertial() const override;
   [[nodiscard]] std::vector<MapPoint> map_points() const override { return path_.map_points(local_map_); }
   [[nodiscard]] const std::vector<MapPoint>& archived_map_points() override {
@@ -120,7 +114,8 @@ class Slam final : public SlamSystem {
   void find_landmarks(const FrameImages& images, FrameMeasurement& measured, AssociationTrace* trace) const;
   [[nodiscard]] RightImageFit searched_along_rows(const FrameImages& images, const RightImageState& right,
                                                   const std::vector<Match>& matches) const;
-  [[nodiscard]] std::optional<DisplacementEstimate> displacement_of(const FrameMeasurement& measured) const;
+  [[nodiscard]] std::optional<DisplacementEstimate> displacement_of(const FrameImages& images,
+                                                                    const FrameMeasurement& measured) const;
   [[nodiscard]] Matrix6<double> correct_displacement(FrameMeasurement& measured);
   [[nodiscard]] TrackedPose update(FrameMeasurement measured, std::int64_t stamp_ns);
   [[nodiscard]] bool jumps(const Pose& predicted, const PoseGaussian& measured, std::int64_t stamp_ns) const;
@@ -150,7 +145,7 @@ class Slam final : public SlamSystem {
   void change_keyframe_by_motion(const TrackedPose& tracked, const FrameImages& images);
   [[nodiscard]] bool needs_keyframe(std::size_t frame, std::size_t matches) const;
   void begin_after_loss(const FrameImages& images, const TrackedPose& tracked, Gap gap);
-  void move_reference(std::size_t frame, PoseGaussian T_previous_keyframe, const RectificationEffect& effect);
+  void move_reference(std::size_t frame, PoseGaussian T_previous_keyframe, const KeyframeMotion& learned);
   void change_keyframe(const FrameImages& images, const PoseGaussian& T_previous_keyframe,
                        const std::vector<Match>& matches, const OdometryResult& odometry);
   void begin_keyframe(const FrameImages& images, std::vector<KeyframePoint> points);

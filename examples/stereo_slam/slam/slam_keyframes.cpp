@@ -8,6 +8,7 @@
 #include "stereo_slam/core/median.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/slam/slam.hpp"
+#include "stereo_slam/tracking/rig_constraints.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -89,27 +90,27 @@ void Slam::add_corners(const std::vector<Match>& matches, const FrameImages& ima
 /// addition to that of the landmarks before. Both are added as if they were the same, since links are
 /// composed as if they were independent.
 void Slam::change_keyframe_by_motion(const TrackedPose& tracked, const FrameImages& images) {
-  const RectificationEffect effect =
-      right_camera_.consider(tracked.matches, local_map_.view(), posterior_.pose);
-  const MeasuredMotion motion{measured_pose(tracked), effect.derivative.rightCols<LensResidual::kTerms>()};
+  const KeyframeMotion learned =
+      right_camera_.consider(seen_motion(tracked.matches, local_map_.view(), posterior_.pose));
+  const MeasuredMotion motion{measured_pose(tracked), learned.by_lens};
   MotionStereo corners = std::move(reference_.motion_stereo);
   const auto seen = corners.measure(images.frame.left, tracked.matches, local_map_.view(), motion,
                                     right_camera_.left_camera());
   corners.change_keyframe(motion.T_keyframe_current);
   const ReobservedLandmarks reobserved(tracked.matches, local_map_.landmarks());
-  move_reference(images.frame.index, reported(tracked), effect);
+  move_reference(images.frame.index, reported(tracked), learned);
   const double scale_sigma = reference_.scale_sigma + seen.scale_sigma;
   begin_keyframe(images, add_landmarks(images, seen.points, reobserved));
   reference_.scale_sigma = scale_sigma;
   reference_.motion_stereo = std::move(corners);
 }
 
-/// Makes a frame the reference of pose and landmarks, of which there are none yet. `effect` is how its pose
-/// depends on the rectification.
+/// Makes a frame the reference of pose and landmarks, of which there are none yet. `learned` is what its pose
+/// has to do with the rig.
 void Slam::move_reference(std::size_t frame, PoseGaussian T_previous_keyframe,
-                          const RectificationEffect& effect) {
-  T_previous_keyframe.covariance += effect.covariance;
-  path_.add_keyframe(frame, T_previous_keyframe, effect);
+                          const KeyframeMotion& learned) {
+  T_previous_keyframe.covariance += learned.covariance;
+  path_.add_keyframe(frame, T_previous_keyframe);
   posterior_ = certain_pose();
   motion_.change_keyframe();
   local_map_.restart(path_.trajectory().reference());
@@ -129,15 +130,16 @@ void Slam::begin_after_loss(const FrameImages& images, const TrackedPose& tracke
 /// matches with the last one.
 void Slam::change_keyframe(const FrameImages& images, const PoseGaussian& T_previous_keyframe,
                            const std::vector<Match>& matches, const OdometryResult& odometry) {
-  const RectificationResidual before = right_camera_.geometry();
+  const SeenMotion motion = seen_motion(matches, local_map_.view(), posterior_.pose);
   // Depths by motion teach nothing of the disparities.
-  const RectificationEffect effect =
+  const KeyframeMotion learned =
       reference_.scale_sigma > 0.0
-          ? right_camera_.consider(matches, local_map_.view(), posterior_.pose)
-          : right_camera_.refine(matches, local_map_.view(), posterior_.pose, odometry);
-  if (right_camera_.learns()) tracks_.remeasure(before, right_camera_.geometry());
+          ? right_camera_.consider(motion)
+          : right_camera_.refine(motion, seen_motion(odometry.inliers, odometry.T_previous_current.pose,
+                                                     right_camera_.camera()));
+  if (right_camera_.learns()) tracks_.remeasure(learned.remeasurement);
   const ReobservedLandmarks reobserved(matches, local_map_.landmarks());
-  move_reference(images.frame.index, T_previous_keyframe, effect);
+  move_reference(images.frame.index, T_previous_keyframe, learned);
   begin_keyframe(images, add_stereo_landmarks(images, reobserved));
 }
 
@@ -153,7 +155,7 @@ void Slam::begin_keyframe(const FrameImages& images, std::vector<KeyframePoint> 
   reference_.keyframe.segment = path_.segment().current();
   reference_.keyframe.points = std::move(points);
   reference_.keyframe.T_previous_keyframe = path_.trajectory().T_previous_reference();
-  path_.search_loops(reference_.keyframe, reference_.left, right_camera_.geometry().lens());
+  path_.search_loops(reference_.keyframe, reference_.left, right_camera_.lens());
 }
 
 /// Adds landmarks at corners with a stereo match. Returns these corners as add_landmarks() does.

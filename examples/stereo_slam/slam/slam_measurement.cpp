@@ -13,9 +13,9 @@
 #include "stereo_slam/odometry/motion_in_left.hpp"
 #include "stereo_slam/slam/slam.hpp"
 #include "stereo_slam/tracking/association_trace.hpp"
-#include "stereo_slam/tracking/displacement_constraints.hpp"
 #include "stereo_slam/tracking/landmark_search.hpp"
 #include "stereo_slam/tracking/predict.hpp"
+#include "stereo_slam/tracking/rig_constraints.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -128,7 +128,7 @@ FrameMeasurement Slam::measure(const FrameImages& images, const SearchedRightIma
     find_landmarks(images, *by_odometry, nullptr);
     if (by_odometry->matches.size() > measured.matches.size()) measured = *std::move(by_odometry);
   }
-  measured.displacement_left = displacement_of(measured);
+  measured.displacement_left = displacement_of(images, measured);
   clock.lap("associate");
   return measured;
 }
@@ -150,9 +150,7 @@ void Slam::see_with_velocity(const FrameImages& images, FrameMeasurement& measur
   if (!right_camera_.is_late() || !measured.odometry.valid || !measured.right.velocity) return;
   const auto velocity = motion_.velocity_by(measured.odometry.T_previous_current.pose, images.frame.stamp_ns);
   if (!velocity) return;
-  const RectificationResidual before = right_camera_.geometry(measured.right);
-  measured.right.velocity->per_s.tail<3>() = right_camera_.velocity_at_exposure(*velocity).per_s.tail<3>();
-  measured.tracks.remeasure(before, right_camera_.geometry(measured.right));
+  measured.tracks.remeasure(right_camera_.move_with(*velocity, measured.right));
 }
 
 /// The prior: by the odometry, and by an IMU if one is used. A motion that contradicts the IMU is not that of
@@ -201,8 +199,8 @@ void Slam::find_landmarks(const FrameImages& images, FrameMeasurement& measured,
   const MapView map = local_map_.view();
   const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
   const Pose T_keyframe_previous = posterior_.pose;
-  const LandmarkSearch search(map, reference_.left, pyramids, T_keyframe_previous,
-                              right_camera_.geometry().lens(), settings_);
+  const LandmarkSearch search(map, reference_.left, pyramids, T_keyframe_previous, right_camera_.lens(),
+                              settings_);
   ExpectedMotion motion;  // after a loss nothing is known
   if (!previous_.lost) motion = motion_.expected_until(images.frame.stamp_ns);
   const auto find = [&](bool in_right) {
@@ -258,7 +256,8 @@ RightImageFit Slam::searched_along_rows(const FrameImages& images, const RightIm
 
 /// What the landmarks show of the displacement of the right image besides that they were measured with. That
 /// of a rig that does not vibrate is not known beforehand; it is only looked at.
-std::optional<DisplacementEstimate> Slam::displacement_of(const FrameMeasurement& measured) const {
+std::optional<DisplacementEstimate> Slam::displacement_of(const FrameImages& images,
+                                                          const FrameMeasurement& measured) const {
   constexpr std::size_t kFewestMatches = 30;
   constexpr std::size_t kEnoughToNotice = 40;  // they tell the displacement to .05 px
   constexpr double kUnknown_px = 10.0;
@@ -271,9 +270,9 @@ std::optional<DisplacementEstimate> Slam::displacement_of(const FrameMeasurement
       .mean = -measured.right.displacement,
       .information = ImageDisplacement::Covariance::Identity() / (kUnknown_px * kUnknown_px)};
   if (displaced) known.information = right_camera_.displacement_information(measured.right);
-  const auto geometry = right_camera_.geometry(measured.right);
+  const StereoView view = right_camera_.view_of(images.frame, measured.right);
   return estimate_displacement(
-      displacement_constraints(measured.matches, local_map_.view(), geometry, prior.pose,
+      displacement_constraints(measured.matches, local_map_.view(), view, prior.pose,
                                displaced ? measured.matches.size() : kEnoughToNotice),
       known);
 }

@@ -1,26 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The part of the SLAM that reports trajectory, covariances, map and loops.
 #include "stereo_slam/local_map/landmark_tracks.hpp"
-#include "stereo_slam/slam/calibration_error.hpp"
 #include "stereo_slam/slam/slam.hpp"
 
 namespace stereo_slam {
-
-CalibrationError Slam::calibration_error() const {
-  const RectificationEstimator& rectification = right_camera_.rectification();
-  return allowed_calibration_error(settings_.calibration, right_camera_.camera(),
-                                   rectification.current().rms_offset_px().y(), rectification.scale_sigma());
-}
-
-std::optional<LensEstimate> Slam::lens_error() const {
-  if (!right_camera_.learns()) return std::nullopt;
-  return right_camera_.rectification().lens_error();
-}
-
-std::optional<LearnedCameras> Slam::learned() const {
-  if (!right_camera_.learns()) return std::nullopt;
-  return LearnedCameras{right_camera_.camera(), right_camera_.rectification().estimate()};
-}
 
 std::vector<PoseGaussian> Slam::trajectory() const { return path_.poses(calibration_error()); }
 
@@ -36,8 +19,9 @@ std::vector<LandmarkTrack> Slam::landmark_tracks() const {
 
 SavedMap Slam::saved_map() const {
   SavedMap map;
-  map.camera = right_camera_.camera();
-  map.rectification = right_camera_.rectification().estimate();
+  const LearnedCameras cameras = right_camera_.learned();
+  map.camera = cameras.camera;
+  map.rectification = cameras.estimate;
   path_.save(local_map_, map);
   return map;
 }

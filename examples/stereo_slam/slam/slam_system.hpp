@@ -11,9 +11,9 @@
 #include "stereo_slam/core/landmark_track.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/learned_cameras.hpp"
 #include "stereo_slam/loop_closing/async_loop_closer.hpp"
 #include "stereo_slam/loop_closing/saved_map.hpp"
+#include "stereo_slam/rig/learned_cameras.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {
@@ -48,27 +48,13 @@ class SlamSystem {
   /// Errors of the calibration that all frames share, as known now.
   [[nodiscard]] virtual CalibrationError calibration_error() const = 0;
 
-  /// Horizontal displacement of the right image at the principal point, which row offsets cannot reveal; zero
-  /// as long as the calibration seems right, px.
-  [[nodiscard]] virtual double right_image_displacement_px() const { return 0.0; }
-
-  /// The distortion that is left in the rectified images; nothing where it is not learned.
-  [[nodiscard]] virtual std::optional<LensEstimate> lens_error() const { return std::nullopt; }
-
-  /// The delay of the right images against the left ones; nothing if none was known at the start.
-  [[nodiscard]] virtual std::optional<DelayEstimate> right_image_delay() const { return std::nullopt; }
+  /// What was learned of the cameras so far. Systems that learn nothing of them say nothing.
+  [[nodiscard]] virtual RigSummary rig() const { return {}; }
 
   /// Begins with a delay of the right images, which is refined while driving. Call it before the first frame.
   /// Throws std::invalid_argument if a value is not finite or the standard deviation not positive. Systems
   /// that learn nothing of the cameras ignore it.
   virtual void begin_with_delay(const DelayEstimate& /*known*/) {}
-
-  /// What was learned of the cameras, for a later run; nothing where nothing is learned.
-  [[nodiscard]] virtual std::optional<LearnedCameras> learned() const { return std::nullopt; }
-
-  /// Whether what an earlier run learned of the cameras, with which this one began, was of other cameras: the
-  /// images contradict it, and it was dropped.
-  [[nodiscard]] virtual bool refused_learned() const { return false; }
 
   /// How the readings of an IMU were used; nothing without any.
   [[nodiscard]] virtual std::optional<InertialSummary> inertial() const { return std::nullopt; }

@@ -6,11 +6,11 @@
 
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/features.hpp"
-#include "stereo_slam/frontend/lens_residual.hpp"
 #include "stereo_slam/frontend/optical_flow.hpp"
-#include "stereo_slam/frontend/right_image_fit.hpp"
 #include "stereo_slam/local_map/landmark_projection.hpp"
 #include "stereo_slam/local_map/match.hpp"
+#include "stereo_slam/rig/lens_residual.hpp"
+#include "stereo_slam/rig/right_image_fit.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {

@@ -7,6 +7,7 @@
 #include <Eigen/LU>
 
 #include "stereo_slam/core/chi_square.hpp"
+#include "stereo_slam/core/pixel_noise.hpp"
 #include "stereo_slam/frontend/patch_alignment.hpp"
 #include "stereo_slam/frontend/plane_warp.hpp"
 
@@ -16,9 +17,6 @@ namespace {
 constexpr double kMinCorrelation = 0.8;  // of the aligned patches
 constexpr double kMaxShift_px = 3.0;     // of the aligned position from its start
 constexpr double kMaxRowError_px = 1.0;  // between left and right position: epipolar check
-constexpr double kGateSigma_px = 1.0;    // of an aligned coordinate, for the innovation gate
-
-constexpr double kUnknownDisparity_px = 100.0;  // standard deviation of a disparity that is not measured
 
 /// The landmark's plane in the keyframe, whose disparity has the slope that was measured there.
 [[nodiscard]] std::optional<PlaneView> view_landmark(const Landmark& landmark, const Pose& T_keyframe_camera,

@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/right_image_fit.hpp"
-#include "stereo_slam/frontend/stereo_view.hpp"
 #include "stereo_slam/local_map/landmark.hpp"
 #include "stereo_slam/local_map/match.hpp"
+#include "stereo_slam/rig/right_image_fit.hpp"
+#include "stereo_slam/rig/stereo_view.hpp"
 #include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/tracking/associate.hpp"
 

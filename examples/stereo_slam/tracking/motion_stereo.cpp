@@ -12,6 +12,7 @@
 
 #include "stereo_slam/core/chi_square.hpp"
 #include "stereo_slam/core/opencv_points.hpp"
+#include "stereo_slam/core/pixel_noise.hpp"
 #include "stereo_slam/frontend/likely_slopes.hpp"
 #include "stereo_slam/frontend/patch_alignment.hpp"
 #include "stereo_slam/frontend/plane_warp.hpp"
@@ -21,8 +22,6 @@
 namespace stereo_slam {
 namespace {
 
-constexpr double kFlowSigma_px = 0.5;       // of a corner followed by optical flow over some frames
-constexpr double kAlignedSigma_px = 0.1;    // least, of an aligned patch; see PointTracks for one frame
 constexpr double kLeastCorrelation = 0.85;  // of aligned patches, as of stereo matches
 constexpr double kLeastDisparity_px = 0.3;  // as of stereo matches
 // A depth counts as known if its disparity is known to a tenth, or as well as a rough stereo match.
@@ -112,8 +111,8 @@ struct AlignedPatch {
                                                          const LeftCamera& camera) {
   const Vector2<double>& left_px = aligned.at.position_px;
   const LeftPosition first{camera.lens.corrected(source_px),
-                           aligned.at.covariance_px2 + pixel_noise(kAlignedSigma_px)};
-  const LeftPosition second{camera.lens.corrected(left_px), pixel_noise(kAlignedSigma_px)};
+                           aligned.at.covariance_px2 + pixel_noise(kOldPatchSigma_px)};
+  const LeftPosition second{camera.lens.corrected(left_px), pixel_noise(kOldPatchSigma_px)};
   const auto seen = disparity_by_motion(first, second, T_source_current, camera.camera);
   if (!seen || seen->squared_distance > kChi2_2_99 || !is_known(seen->px, seen->variance_px2))
     return std::nullopt;
@@ -211,7 +210,7 @@ void MotionStereo::follow(const ConsecutivePyramids& pyramids, const Pose& T_key
     Corner corner = corners_[i];
     corner.px = to_eigen(flow.points[i]);
     const PoseGaussian& motion = T_source_current[corner.source];
-    const LeftPosition first{camera.lens.corrected(corner.source_px), pixel_noise(kAlignedSigma_px)};
+    const LeftPosition first{camera.lens.corrected(corner.source_px), pixel_noise(kOldPatchSigma_px)};
     const LeftPosition second{camera.lens.corrected(corner.px), pixel_noise(kFlowSigma_px)};
     const auto seen = disparity_by_motion(first, second, motion, camera.camera);
     if (seen) {

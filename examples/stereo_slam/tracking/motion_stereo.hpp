@@ -7,20 +7,13 @@
 #include <opencv2/core.hpp>
 
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/lens_residual.hpp"
 #include "stereo_slam/frontend/optical_flow.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/local_map/local_map.hpp"
 #include "stereo_slam/local_map/match.hpp"
+#include "stereo_slam/rig/lens_residual.hpp"
 
 namespace stereo_slam {
-
-/// What measures points without right images: the left camera with its lens.
-struct LeftCamera {
-  const StereoCamera& camera;
-  LensResidual lens;
-  Matrix2<double> lens_covariance_px2 = Matrix2<double>::Zero();  ///< of its coefficients
-};
 
 /// The motion from the last keyframe, and how it depends on the coefficients of the lens, px.
 struct MeasuredMotion {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/lens_residual.hpp"
 #include "stereo_slam/local_map/landmark.hpp"
+#include "stereo_slam/rig/lens_residual.hpp"
 #include "stereo_slam/tracking/associate.hpp"
 
 namespace stereo_slam {

@@ -30,6 +30,40 @@ Pose relative(const KeyframeGraph& graph, std::size_t from, std::size_t to) {
   return graph[from].T_world_keyframe.pose.inverse() * graph[to].T_world_keyframe.pose;
 }
 
+TEST_CASE("A keyframe's pose and path length are composed from the keyframe before", "[stereo_slam][loops]") {
+  const KeyframeGraph graph = straight_road({3});
+  const Pose step = test::estimate(kSpacing_m, 1e-4).pose;
+  CHECK(graph[2].id == 2);
+  CHECK(graph[0].T_world_keyframe.pose.is_approx(Pose::identity(), kTolerance));
+  CHECK(graph[2].T_world_keyframe.pose.is_approx(step * step, kTolerance));
+  CHECK(graph[2].path_length_m == Approx(2.0 * step.translation().norm()));
+  CHECK(graph[2].T_world_keyframe.covariance.trace() > graph[1].T_world_keyframe.covariance.trace());
+}
+
+TEST_CASE("Memory per keyframe is bounded, and reported", "[stereo_slam][loops]") {
+  constexpr std::size_t kMaxPoints = 40;
+  constexpr std::size_t kGrowth = 2;  // largest ratio of a vector's capacity to its size
+  KeyframeGraph graph(kMaxPoints, 0.0);
+  for (std::size_t i = 0; i < 100; ++i) {
+    Keyframe keyframe;
+    keyframe.frame = i;
+    keyframe.points.resize(10 * kMaxPoints);
+    graph.add(std::move(keyframe));
+    CHECK(graph.keyframes().back().points.size() == kMaxPoints);
+    const std::size_t of_points = kMaxPoints * sizeof(KeyframePoint);
+    CHECK(graph.memory_bytes() <= graph.size() * (kGrowth * sizeof(Keyframe) + of_points));
+    CHECK(graph.memory_bytes() >= graph.size() * of_points);
+  }
+}
+
+TEST_CASE("A keyframe of an earlier or the same frame is refused", "[stereo_slam][loops][error]") {
+  KeyframeGraph graph = straight_road({2});
+  Keyframe same;
+  same.frame = 10;
+  CHECK_THROWS_WITH(graph.add(same), "keyframe of frame 10 follows one of frame 10: frames must increase");
+  CHECK(graph.size() == 2);
+}
+
 TEST_CASE("The first loop between two segments moves the later one, and guesses after it",
           "[stereo_slam][loops]") {
   KeyframeGraph graph = straight_road({2, 2, 1});

@@ -109,17 +109,12 @@ TEST_CASE("Verification of empty keyframes fails; the same keyframes give the sa
 }
 
 /// Keyframes that drive straight on, one metre each.
-KeyframeDatabase straight_drive(std::size_t keyframes) {
-  KeyframeDatabase database(10);
-  for (std::size_t i = 0; i < keyframes; ++i) {
-    Keyframe keyframe;
-    keyframe.frame = i;
-    Vector6<double> xi;
-    xi << 0.0, 0.0, 0.0, 0.0, 0.0, 1.0;
-    keyframe.T_previous_keyframe = {Pose::exp(xi), 1e-6 * Matrix6<double>::Identity()};
-    database.add(keyframe);
-  }
-  return database;
+std::vector<Keyframe> straight_drive(std::size_t keyframes) {
+  Vector6<double> xi;
+  xi << 0.0, 0.0, 0.0, 0.0, 0.0, 1.0;
+  Keyframe keyframe;
+  keyframe.T_previous_keyframe = {Pose::exp(xi), 1e-6 * Matrix6<double>::Identity()};
+  return std::vector<Keyframe>(keyframes, keyframe);
 }
 
 LoopMeasurement loop_of(std::size_t old_keyframe, std::size_t new_keyframe, double ahead_m) {
@@ -129,22 +124,22 @@ LoopMeasurement loop_of(std::size_t old_keyframe, std::size_t new_keyframe, doub
 }
 
 TEST_CASE("A loop is accepted when three keyframes in a row agree on it", "[stereo_slam][loops]") {
-  const auto database = straight_drive(40);
+  const auto keyframes = straight_drive(40);
   LoopConsistency consistency(kSettings);
-  CHECK(consistency.add(loop_of(5, 30, 0.2), database).empty());
-  CHECK(consistency.add(loop_of(6, 31, 0.2), database).empty());
-  CHECK(consistency.add(loop_of(8, 32, -0.8), database).size() == 3);
-  CHECK(consistency.add(loop_of(7, 33, 1.2), database).size() == 1);
+  CHECK(consistency.add(loop_of(5, 30, 0.2), keyframes).empty());
+  CHECK(consistency.add(loop_of(6, 31, 0.2), keyframes).empty());
+  CHECK(consistency.add(loop_of(8, 32, -0.8), keyframes).size() == 3);
+  CHECK(consistency.add(loop_of(7, 33, 1.2), keyframes).size() == 1);
 
   SECTION("a loop that contradicts them starts a new row") {
-    CHECK(consistency.add(loop_of(9, 34, 5.0), database).empty());
-    CHECK(consistency.add(loop_of(10, 35, 5.0), database).empty());
-    CHECK(consistency.add(loop_of(11, 36, 5.0), database).size() == 3);
+    CHECK(consistency.add(loop_of(9, 34, 5.0), keyframes).empty());
+    CHECK(consistency.add(loop_of(10, 35, 5.0), keyframes).empty());
+    CHECK(consistency.add(loop_of(11, 36, 5.0), keyframes).size() == 3);
   }
   SECTION("a keyframe without a loop ends the row") {
-    CHECK(consistency.add(std::nullopt, database).empty());
-    CHECK(consistency.add(loop_of(9, 35, 0.2), database).empty());
-    CHECK(consistency.add(loop_of(10, 36, 0.2), database).empty());
+    CHECK(consistency.add(std::nullopt, keyframes).empty());
+    CHECK(consistency.add(loop_of(9, 35, 0.2), keyframes).empty());
+    CHECK(consistency.add(loop_of(10, 36, 0.2), keyframes).empty());
   }
 }
 

@@ -88,7 +88,7 @@ TEST_CASE("The points have the disparity of the rectification at hand", "[stereo
   PointTracks tracks;
   tracks.replenish({frame, kCamera, before}, CornerDetector(frame.left), {}, track_settings());
   const auto begun = tracks.points();
-  tracks.remeasure(before, after);
+  tracks.remeasure({before, after});
   REQUIRE(tracks.points().size() == begun.size());
   for (std::size_t i = 0; i < begun.size(); ++i) {
     CHECK(std::abs(tracks.points()[i].z.z() - begun[i].z.z() - 0.4) < 1e-9);

@@ -57,7 +57,7 @@ TEST_CASE("Lengths are right although the right image was cut in the wrong colum
     CHECK_FALSE(process(slam, i, columns, 0).weak.right_camera_turned);
   }
   slam.finish();
-  CHECK(std::abs(slam.right_image_displacement_px() - columns) < 0.2);
+  CHECK(std::abs(slam.rig().right_image_displacement_px - columns) < 0.2);
   const auto path = slam.trajectory();
   for (std::size_t i = 20; i < path.size(); ++i) {
     CAPTURE(i);
@@ -166,7 +166,7 @@ TEST_CASE("Nothing is noticed where the right image is in its place", "[stereo_s
   for (std::size_t i = 0; i < drive.sequence.frames.size(); ++i) {
     CHECK_FALSE(process(slam, i, 0, 0).weak.right_camera_turned);
   }
-  CHECK(slam.right_image_displacement_px() == 0.0);
+  CHECK(slam.rig().right_image_displacement_px == 0.0);
 }
 
 }  // namespace

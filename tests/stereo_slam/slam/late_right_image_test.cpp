@@ -52,13 +52,13 @@ TEST_CASE(
     "[stereo_slam][slam][rectification]") {
   Slam unaware(late_drive().sequence.camera, Settings{});
   const double error_unaware = largest_error(unaware);
-  CHECK_FALSE(unaware.right_image_delay());
+  CHECK_FALSE(unaware.rig().right_delay);
   Slam slam(late_drive().sequence.camera, Settings{});
   slam.begin_with_delay({.seconds = 0.018, .sigma_s = 0.002});
   const double error = largest_error(slam);
-  REQUIRE(slam.right_image_delay());
-  CAPTURE(slam.right_image_delay()->seconds, slam.right_image_delay()->sigma_s, error, error_unaware);
-  CHECK(std::abs(slam.right_image_delay()->seconds - kLate_s) < 0.001);
+  REQUIRE(slam.rig().right_delay);
+  CAPTURE(slam.rig().right_delay->seconds, slam.rig().right_delay->sigma_s, error, error_unaware);
+  CHECK(std::abs(slam.rig().right_delay->seconds - kLate_s) < 0.001);
   CHECK(error < 0.005);  // as a disparity that is wrong by a twentieth of a pixel at ten pixels
   CHECK(5.0 * error < error_unaware);
 }

@@ -4,7 +4,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "stereo_slam/slam/noise_scale.hpp"
+#include "stereo_slam/core/pixel_noise.hpp"
 #include "stereo_slam/support/matched_scene.hpp"
 #include "stereo_slam/support/scenes.hpp"
 #include "stereo_slam/tracking/update.hpp"

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "stereo_slam/core/stereo_camera.hpp"
+#include "stereo_slam/core/types.hpp"
+
+namespace stereo_slam {
+
+/// Displacement of the right image of one frame: what a vibration of the right camera, or another moment of
+/// exposure, does to it besides the constant error of the rectification.
+///
+/// At the position (X, Y) of the right image, relative to the principal point and in focal lengths, it is
+///
+///   (u, v) += (a, b) + c (-Y, X) + d (X^2, X Y) + e (X Y, Y^2).
+///
+/// A rotation of the camera about its vertical axis has a = d, one about its horizontal axis b = e, and one
+/// about its optical axis is c. All coefficients are in px.
+struct ImageDisplacement {
+  static constexpr int kTerms = 5;
+  static constexpr int kSeen = 3;  ///< of them a frame measures well: a, b and c
+  using Coefficients = antipode::Vector<double, kTerms>;
+  using Covariance = antipode::Matrix<double, kTerms>;
+  using Basis = antipode::Matrix<double, 2, kTerms>;  ///< d (u, v) / d coefficients
+
+  [[nodiscard]] static Basis basis(const Vector2<double>& right_px, const StereoCamera& camera) {
+    const double x = (right_px.x() - camera.cx) / camera.fx;
+    const double y = (right_px.y() - camera.cy) / camera.fy;
+    Basis result;
+    result << 1.0, 0.0, -y, x * x, x * y,  //
+        0.0, 1.0, x, x * y, y * y;
+    return result;
+  }
+};
+
+}  // namespace stereo_slam

@@ -1,0 +1,384 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/rig/rectification_estimator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Cholesky>
+
+#include "stereo_slam/core/median.hpp"
+#include "stereo_slam/core/pixel_noise.hpp"
+#include "stereo_slam/core/robust_line.hpp"
+#include "stereo_slam/core/robust_loss.hpp"
+
+namespace stereo_slam {
+namespace {
+
+constexpr double kConfidence =
+    0.25;  // weight of a keyframe's information on the disparity offset: its errors are not independent
+
+// Expected disparity offset for a given row offset: both have the same causes, such as a rotation of one
+// camera, but one or the other may be small by chance.
+constexpr double kDisparityPerRow = 2.0;
+constexpr double kExactSigma_px = 0.03;  // of a coefficient if there is no row offset
+
+/// Whether a change is too large for derivatives.
+[[nodiscard]] bool is_large(const CameraErrors::Coefficients& change) {
+  return RectificationResidual::rms(change.head<RectificationResidual::kTerms>()) >=
+         CameraErrors::kLargeChange_px;
+}
+
+/// A displacement and a roll of the right image: the offset of the rows as a line along x, in the coordinates
+/// of RectificationResidual.
+[[nodiscard]] RobustLine fit_rows(std::span<const CornerPair> corners,
+                                  const RectificationResidual& residual) {
+  constexpr double kLeastScale_px = 0.1;
+  std::vector<Vector2<double>> points;
+  std::vector<double> rows_px;
+  for (const auto& [left_px, right_px] : corners) {
+    const Vector2<double> position_px(left_px.x, left_px.y);
+    rows_px.push_back(static_cast<double>(right_px.y) - static_cast<double>(left_px.y));
+    points.emplace_back(residual.basis(position_px)[1], rows_px.back());
+  }
+  return fit_line(points, {.offset = median(std::move(rows_px))}, kLeastScale_px);
+}
+
+/// The coefficients of an offset that a displacement amounts to, in the disparities and in the rows.
+struct DisplacementTerms {
+  Eigen::Matrix<double, CameraErrors::kTerms, ImageDisplacement::kTerms> disparity;
+  Eigen::Matrix<double, RectificationResidual::kTerms, ImageDisplacement::kTerms> rows;
+
+  explicit DisplacementTerms(const StereoCamera& camera) {
+    const double x = 0.5 * camera.width_px / camera.fx, y = 0.5 * camera.height_px / camera.fy;
+    disparity.setZero();
+    rows.setZero();
+    disparity(0, 0) = rows(0, 1) = 1.0;
+    disparity(2, 2) = -y;
+    rows(1, 2) = x;
+    disparity(3, 3) = x * x;
+    rows(4, 3) = disparity(4, 4) = x * y;
+    rows(5, 4) = y * y;
+  }
+};
+
+}  // namespace
+
+RectificationEstimator::RectificationEstimator(const StereoCamera& camera,
+                                               const OnlineRectificationSettings& settings)
+    : camera_(camera),
+      row_sigma_px_(settings.row_sigma_px),
+      delay_(settings.row_sigma_px),
+      disparity_(settings.disparity_sigma_px) {
+  rows_.information /= row_sigma_px_ * row_sigma_px_;
+  expect_disparity_offset();
+}
+
+RectificationEstimator RectificationEstimator::resumed(const StereoCamera& camera,
+                                                       const OnlineRectificationSettings& settings,
+                                                       const RectificationEstimate& estimate) {
+  RectificationEstimator estimator(camera, settings);
+  estimator.coefficients_ = estimate.coefficients;
+  estimator.lens_ = estimate.lens;
+  estimator.rows_ = {estimate.row_information, estimate.row_vector};
+  estimator.expect_disparity_offset();
+  estimator.disparity_.resume({estimate.disparity_information, estimate.disparity_vector});
+  if (estimate.delay) estimator.delay_.begin_with(*estimate.delay);
+  return estimator;
+}
+
+RectificationEstimator RectificationEstimator::after_drift(const StereoCamera& camera,
+                                                           const OnlineRectificationSettings& settings,
+                                                           const RectificationEstimate& estimate) {
+  // Between KITTI 00 and 01, two drives with one calibration, the rows have shifted by .36 px and the
+  // disparities by .9 px: root mean square .7 px.
+  constexpr double kDrift_px = 0.7;
+  const ImageDisplacement::Covariance drift =
+      kDrift_px * kDrift_px * ImageDisplacement::Covariance::Identity();
+  const DisplacementTerms terms(camera);
+  RectificationEstimator estimator = resumed(camera, settings, estimate);
+  estimator.disparity_.resume({estimate.disparity_information, estimate.disparity_vector},
+                              terms.disparity * drift * terms.disparity.transpose());
+  using Information = RectificationEstimate::Information;
+  const RectificationEstimate::Basis mean = estimator.rows_.mean();
+  const Information wider = estimator.rows_.information.ldlt().solve(Information::Identity()) +
+                            terms.rows * drift * terms.rows.transpose();
+  estimator.rows_.information = wider.ldlt().solve(Information::Identity());
+  estimator.rows_.vector = estimator.rows_.information * mean;
+  estimator.learned_rows_ = estimator.rows_;
+  return estimator;
+}
+
+bool RectificationEstimator::contradicts_learned() const {
+  if (!learned_rows_) return rows_contradict_learned_;
+  const RowInformation nothing_known{
+      RectificationEstimate::Information::Identity() / (row_sigma_px_ * row_sigma_px_),
+      RectificationEstimate::Basis::Zero()};
+  const auto since = rows_ - *learned_rows_;
+  return nothing_known.log_evidence(since) > learned_rows_->log_evidence(since);
+}
+
+RectificationEstimate RectificationEstimator::estimate() const {
+  const auto& disparity = disparity_.everything();
+  return {coefficients_,    lens_,  rows_.information, rows_.vector, disparity.information,
+          disparity.vector, delay()};
+}
+
+LensEstimate RectificationEstimator::lens_error() const {
+  const LensResidual::Coefficients mean_px = disparity_.estimate().mean().tail<LensResidual::kTerms>();
+  const LensResidual::Coefficients sigma_px = lens_covariance().diagonal().cwiseMax(0.0).cwiseSqrt();
+  return {LensResidual(camera_, mean_px).k(), LensResidual(camera_, sigma_px).k()};
+}
+
+Matrix2<double> RectificationEstimator::lens_covariance() const {
+  constexpr int kLens = LensResidual::kTerms;
+  const CameraErrors::Information covariance =
+      disparity_.estimate().information.ldlt().solve(CameraErrors::Information::Identity());
+  return covariance.bottomRightCorner<kLens, kLens>();
+}
+
+void RectificationEstimator::add_rows(std::span<const StereoMeasurement> matches) {
+  const RectificationResidual residual = current();
+  for (const auto& match : matches) {
+    const RectificationResidual::Basis terms = residual.basis(match.left_px);
+    const double offset = terms.dot(residual.coefficients().row(1)) - match.row_error_px;
+    const double distance2 = match.row_error_px * match.row_error_px / (kRowSigma_px * kRowSigma_px);
+    const double weight = kOutlierLoss.weight(distance2, 1) / (kRowSigma_px * kRowSigma_px);
+    rows_.information += weight * terms * terms.transpose();
+    rows_.vector += weight * offset * terms;
+  }
+}
+
+void RectificationEstimator::add_delay(std::span<const StereoMeasurement> matches,
+                                       const RigVelocity& velocity) {
+  delay_.add(matches, current(), velocity, camera_);
+}
+
+bool RectificationEstimator::relearn_rows(std::span<const CornerPair> corners) {
+  constexpr std::size_t kMinCorners = 50;
+  constexpr double kMaxResidual_px = 0.3;  // the median; .03 to .24 on good pairs, .36 and more on late ones
+  constexpr double kLeastChange_px = 1.0;  // smaller ones leave enough matches
+  if (corners.size() < kMinCorners) return false;
+  const RobustLine fit = fit_rows(corners, current());
+  RectificationResidual::Coefficients coefficients = coefficients_;
+  coefficients.row(1).setZero();
+  coefficients.row(1).head<2>() << fit.offset, fit.slope;
+  const RectificationResidual change(camera_, coefficients - coefficients_);
+  const bool agree = fit.median_residual <= kMaxResidual_px;
+  if (!agree || !(change.rms_offset_px().y() >= kLeastChange_px)) return false;
+  rows_contradict_learned_ = rows_contradict_learned_ || learned_rows_;
+  learned_rows_.reset();
+  coefficients_ = coefficients;
+  rows_.information = RectificationEstimate::Information::Identity() / (row_sigma_px_ * row_sigma_px_);
+  rows_.vector = rows_.information * coefficients_.row(1).transpose();
+  expect_disparity_offset();
+  return true;
+}
+
+MotionEvidence RectificationEstimator::add_motion(const SeenMotion& motion) {
+  return add_motion(motion, kConfidence);
+}
+
+MotionEvidence RectificationEstimator::add_motion_of_vibrating_rig(
+    const SeenMotion& motion, const ImageDisplacement::Covariance& displacement_covariance) {
+  MotionEvidence shown = add_motion(motion, kConfidence, true);
+  const auto terms = DisplacementTerms(camera_).disparity;
+  disparity_.diffuse(terms * displacement_covariance * terms.transpose());
+  return shown;
+}
+
+MotionEvidence RectificationEstimator::consider_motion(const SeenMotion& motion) {
+  return add_motion(motion, 0.0);
+}
+
+MotionEvidence RectificationEstimator::add_motion(const SeenMotion& motion, double confidence,
+                                                  bool vibrates) {
+  noticed_turn_ = false;
+  constexpr std::size_t kMinPoints = 30;
+  if (motion.points.size() < kMinPoints) return {};
+  auto shown = evidence_of_motion(motion.points, current(), applied(), camera_, vibrates);
+  if (!shown) return {};
+  shown->applied_delay_s = used_delay().seconds;
+  shown->motion = motions_++;
+  shown->evidence = {confidence * shown->evidence.information, confidence * shown->evidence.vector};
+  shown->covariance = covariance_of(*shown);
+  note_delay_in(*shown, confidence);
+  noticed_turn_ = !vibrates && disparity_.add(shown->evidence);
+  if (vibrates) disparity_.add_without_turn(shown->evidence);
+  const Vector3<double> path_m = motion.T_first_second.inverse().translation();
+  length_derivative_m2_ -= shown->derivative.bottomRows<3>().transpose() * path_m;
+  squared_length_m2_ += path_m.squaredNorm();
+  return *std::move(shown);
+}
+
+/// Adds what a motion tells of the delay together with the coefficients.
+void RectificationEstimator::note_delay_in(const MotionEvidence& motion, double confidence) {
+  if (!delay()) return;
+  const double information = motion.delay.information(0, 0);
+  delay_cross_ += confidence * motion.delay_cross;
+  delay_evidence_.information(0, 0) += confidence * information;
+  delay_evidence_.vector[0] += confidence * (motion.delay.vector[0] + motion.delay_cross.dot(applied()) +
+                                             information * used_delay().seconds);
+}
+
+/// What all motions tell of the delay, with the coefficients as unknown as they are.
+antipode::GaussianInformation<double, 1> RectificationEstimator::delay_by_motions() const {
+  const auto known = disparity_.estimate();  // with the delay in use
+  const Eigen::LDLT<CameraErrors::Information> factor(known.information);
+  const double delay_s = used_delay().seconds;
+  const double slope = delay_evidence_.vector[0] - delay_cross_.dot(factor.solve(known.vector)) -
+                       delay_evidence_.information(0, 0) * delay_s;
+  antipode::GaussianInformation<double, 1> result;
+  result.information(0, 0) =
+      std::max(delay_evidence_.information(0, 0) - delay_cross_.dot(factor.solve(delay_cross_)), 0.0);
+  result.vector[0] = slope + result.information(0, 0) * delay_s;
+  return result;
+}
+
+/// Takes the best estimate of the delay, and corrects what the motions so far say of the coefficients.
+void RectificationEstimator::advance_delay() {
+  if (!delay()) return;
+  const double before_s = used_delay().seconds;
+  delay_.advance(delay_by_motions());
+  disparity_.correct(-delay_cross_ * (used_delay().seconds - before_s));
+}
+
+/// Best estimate of the coefficients between the turns of the right camera before and after the motion. Those
+/// of a vibrating rig held for the motion alone.
+CameraErrors::Coefficients RectificationEstimator::estimate_of_period(const MotionEvidence& motion) const {
+  if (motion.vibrates) return motion.applied;
+  const auto* period = disparity_.period_of(motion.motion);
+  return period ? period->estimate.mean() : applied();
+}
+
+/// The coefficients in use.
+CameraErrors::Coefficients RectificationEstimator::applied() const {
+  CameraErrors::Coefficients result;
+  result << coefficients_.row(0).transpose(), lens_;
+  return result;
+}
+
+CameraErrors::Coefficients RectificationEstimator::coefficients_during(const MotionEvidence& motion) const {
+  constexpr double kContradiction = 12.0;  // log of a likelihood ratio
+  const CameraErrors::Coefficients estimate = estimate_of_period(motion);
+  const bool contradicts =
+      is_large(estimate - motion.applied) &&
+      motion.evidence.log_density(motion.applied) > motion.evidence.log_density(estimate) + kContradiction;
+  return contradicts ? motion.applied : estimate;
+}
+
+/// Change of a motion if it is measured with the best estimate so far, to first order.
+Vector6<double> RectificationEstimator::change_of(const MotionEvidence& motion) const {
+  return motion.derivative * (coefficients_during(motion) - motion.applied) +
+         motion.derivative_by_delay * (used_delay().seconds - motion.applied_delay_s);
+}
+
+/// Covariance of that change, as far as it is not of first order: zero unless the estimate has changed much.
+Matrix6<double> RectificationEstimator::nonlinearity_of(const MotionEvidence& motion) const {
+  constexpr double kNotFirstOrder = 0.5;  // of the change, as seen when an offset of 1 to 5 px is learned
+  const CameraErrors::Coefficients change = estimate_of_period(motion) - motion.applied;
+  if (!is_large(change)) return Matrix6<double>::Zero();
+  const Vector6<double> error = kNotFirstOrder * motion.derivative * change;
+  return error * error.transpose();
+}
+
+Matrix6<double> RectificationEstimator::covariance_of(const MotionEvidence& motion) const {
+  return covariance_of(motion, motion.derivative);
+}
+
+Matrix6<double> RectificationEstimator::covariance_besides_scale(const MotionEvidence& motion,
+                                                                 const Pose& T_first_second) const {
+  if (disparity_.period_of(motion.motion)) return covariance_of(motion);
+  auto derivative = motion.derivative;
+  derivative.bottomRows<3>() += T_first_second.inverse().translation() * scale_derivative().transpose();
+  return covariance_of(motion, derivative);
+}
+
+/// As covariance_of(), with another derivative of the motion with respect to the coefficients.
+Matrix6<double> RectificationEstimator::covariance_of(const MotionEvidence& motion,
+                                                      const MotionEvidence::Derivative& derivative) const {
+  const auto* period = disparity_.period_of(motion.motion);
+  const Eigen::LDLT<CameraErrors::Information> information(
+      (period ? period->estimate : disparity_.estimate()).information);
+  const Vector6<double> by_delay = used_delay().sigma_s * motion.derivative_by_delay;
+  Matrix6<double> covariance =
+      derivative * information.solve(derivative.transpose()) + by_delay * by_delay.transpose();
+  for (const auto& before : disparity_.periods()) {
+    if (motion.motion + 1 != before.motions && motion.motion != before.motions) continue;
+    const Vector6<double> change = motion.derivative_by_second * before.turn_px;
+    covariance += change * change.transpose();
+  }
+  return covariance;
+}
+
+MotionChange RectificationEstimator::correct(MotionEvidence& motion, const Pose& T_first_second) const {
+  MotionChange result{.change = change_of(motion), .nonlinearity = nonlinearity_of(motion)};
+  if (motion.derivative.isZero(0.0) || motion.vibrates) return result;
+  result.is_corrected = true;
+  result.covariance_before = motion.covariance;
+  result.covariance = covariance_besides_scale(motion, result.of(T_first_second));
+  motion.covariance = result.covariance;
+  motion.applied = coefficients_during(motion);
+  return result;
+}
+
+double RectificationEstimator::scale_sigma() const {
+  const CameraErrors::Coefficients derivative = scale_derivative();
+  return std::sqrt(std::max(derivative.dot(disparity_.estimate().information.ldlt().solve(derivative)), 0.0));
+}
+
+/// Derivative of the scale of all lengths with respect to the coefficients. Zero before the first motion.
+CameraErrors::Coefficients RectificationEstimator::scale_derivative() const {
+  if (!(squared_length_m2_ > 0.0)) return CameraErrors::Coefficients::Zero();
+  return length_derivative_m2_ / squared_length_m2_;
+}
+
+/// Root mean square of the row offset without a shift and a roll of the image, which say nothing of its lens,
+/// and without what its noise adds.
+double RectificationEstimator::bent_rows_px() const {
+  const auto bent_px = [](RectificationResidual::Basis rows) {
+    rows.head<2>().setZero();
+    return RectificationResidual::rms(rows);
+  };
+  using Information = RectificationEstimate::Information;
+  const Information covariance = rows_.information.ldlt().solve(Information::Identity());
+  const Information factor = covariance.llt().matrixL();
+  double noise2 = 0.0;
+  for (int i = 0; i < factor.cols(); ++i) noise2 += std::pow(bent_px(factor.col(i)), 2);
+  return std::sqrt(std::max(std::pow(bent_px(coefficients_.row(1)), 2) - noise2, 0.0));
+}
+
+/// The priors of the disparity offset and of the lenses follow the row offset.
+void RectificationEstimator::expect_disparity_offset() {
+  disparity_.expect(
+      std::hypot(kExactSigma_px, kDisparityPerRow * current().rms_offset_px().y()),
+      std::hypot(kExactSigma_px, CameraErrors::kLensPerOffset * kDisparityPerRow * bent_rows_px()));
+}
+
+void RectificationEstimator::shift(const ImageDisplacement::Coefficients& displacement) {
+  const DisplacementTerms terms(camera_);
+  disparity_.shift(terms.disparity * displacement);
+  rows_.vector += rows_.information * terms.rows * displacement;
+}
+
+void RectificationEstimator::begin_displaced(const Vector2<double>& displacement,
+                                             const Matrix2<double>& covariance) {
+  Eigen::Matrix<double, CameraErrors::kTerms, 2> terms;
+  const DisplacementTerms all(camera_);
+  terms << all.disparity.col(0), all.disparity.col(3);
+  disparity_.begin_with(terms * displacement, terms * covariance * terms.transpose());
+  advance();
+}
+
+void RectificationEstimator::advance() {
+  advance_delay();
+  coefficients_.row(1) = rows_.mean().transpose();
+  expect_disparity_offset();
+  const CameraErrors::Coefficients mean = disparity_.estimate().mean();
+  coefficients_.row(0) = mean.head<RectificationResidual::kTerms>().transpose();
+  const LensResidual lens(camera_, mean.tail<LensResidual::kTerms>());
+  if (lens.is_moderate()) lens_ = lens.coefficients();
+}
+
+}  // namespace stereo_slam

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+
+#include <Eigen/Core>
+
+#include "stereo_slam/core/corner_pairs.hpp"
+#include "stereo_slam/core/stereo_camera.hpp"
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/rig/camera_errors.hpp"
+#include "stereo_slam/rig/exposure_delay.hpp"
+#include "stereo_slam/rig/image_displacement.hpp"
+#include "stereo_slam/rig/motion_evidence.hpp"
+#include "stereo_slam/rig/rectification_residual.hpp"
+#include "stereo_slam/rig/seen_motion.hpp"
+#include "stereo_slam/rig/stereo_measurement.hpp"
+#include "stereo_slam/settings/settings.hpp"
+
+namespace stereo_slam {
+
+/// Complete state of a RectificationEstimator, from which another one can resume. The coefficients of rows
+/// and of disparities are Gaussian, in information form: mean = information^-1 vector.
+struct RectificationEstimate {
+  using Information = antipode::Matrix<double, RectificationResidual::kTerms>;
+  using Basis = RectificationResidual::Basis;
+
+  RectificationResidual::Coefficients coefficients =
+      RectificationResidual::Coefficients::Zero();  ///< px; in use: the means at the last advance()
+  LensResidual::Coefficients lens = LensResidual::Coefficients::Zero();                     ///< likewise
+  Information row_information = Information::Identity();                                    ///< 1/px^2
+  Basis row_vector = Basis::Zero();                                                         ///< 1/px
+  CameraErrors::Information disparity_information = CameraErrors::Information::Identity();  ///< 1/px^2
+  CameraErrors::Coefficients disparity_vector = CameraErrors::Coefficients::Zero();         ///< 1/px
+  std::optional<DelayEstimate> delay{};  ///< of the right images; nothing if none is known
+};
+
+/// Estimates the rectification residual while driving, as a Gaussian whose mean is fitted recursively.
+///
+/// Every stereo match observes the row offset. The disparity offset is observed over a motion: it makes near
+/// and far points, or those on the left and on the right, disagree about the same motion. A pose and the
+/// coefficients are solved for together, the pose is eliminated, and the information of the coefficients adds
+/// up from keyframe to keyframe. No ground truth is used.
+///
+/// The row offset, which is known after a few frames, shows how good the calibration is. The prior of the
+/// disparity offset has a standard deviation in proportion to it, so that an exact rectification is hardly
+/// changed before enough motions were measured.
+class RectificationEstimator {
+ public:
+  RectificationEstimator() = default;
+  RectificationEstimator(const StereoCamera& camera, const OnlineRectificationSettings& settings);
+
+  /// Resumes from the state of another estimator of the same camera.
+  [[nodiscard]] static RectificationEstimator resumed(const StereoCamera& camera,
+                                                      const OnlineRectificationSettings& settings,
+                                                      const RectificationEstimate& estimate);
+
+  /// As resumed(), but at another time: the right camera may have turned a little since, as rigs do by a
+  /// change of temperature. The lenses are as they were.
+  [[nodiscard]] static RectificationEstimator after_drift(const StereoCamera& camera,
+                                                          const OnlineRectificationSettings& settings,
+                                                          const RectificationEstimate& estimate);
+
+  /// Whether the rows since after_drift() are likelier if nothing had been learned: that was of other
+  /// cameras.
+  [[nodiscard]] bool contradicts_learned() const;
+  /// Whether the motions have shown the same of the disparities and lenses; what was learned of them is
+  /// dropped then.
+  [[nodiscard]] bool dropped_learned() const noexcept { return disparity_.dropped_learned(); }
+
+  /// Stereo matches of one frame, measured with current().
+  void add_rows(std::span<const StereoMeasurement> matches);
+
+  /// Adds what the same matches tell of a delay of the right images: measured with current() and the delay in
+  /// use, while the rig had this velocity.
+  void add_delay(std::span<const StereoMeasurement> matches, const RigVelocity& velocity);
+
+  /// The delay of the right images in use; nothing if none was known at the start.
+  [[nodiscard]] const std::optional<DelayEstimate>& delay() const noexcept { return delay_.used(); }
+
+  /// Begins with a delay that is known from elsewhere.
+  void begin_with_delay(const DelayEstimate& known) { delay_.begin_with(known); }
+
+  /// Begins the row offset anew, if corners of a pair, matched without assuming rectification, agree that the
+  /// right image is displaced or rolled far from current(). Returns whether they do. Call it where hardly any
+  /// stereo match is found: at the start, or after the cameras may have been moved.
+  bool relearn_rows(std::span<const CornerPair> corners);
+
+  /// A motion whose points were all measured with current(). Returns how it depends on the disparity offset.
+  /// Ignores the points and returns zero if they are fewer than 30 or do not determine the motion.
+  MotionEvidence add_motion(const SeenMotion& motion);
+
+  /// As add_motion() of a rig that vibrates: the right image of the second frame was displaced against that
+  /// of the first by what the points show, up to `displacement_covariance`. The coefficients are from then on
+  /// those of the second frame.
+  MotionEvidence add_motion_of_vibrating_rig(const SeenMotion& motion,
+                                             const ImageDisplacement::Covariance& displacement_covariance);
+
+  /// As add_motion(), but the points teach nothing about the disparity offset: only what its uncertainty
+  /// means for this motion and for the scale is counted. For points that are measured too roughly to teach,
+  /// or too briefly.
+  MotionEvidence consider_motion(const SeenMotion& motion);
+
+  /// Best estimate so far.
+  [[nodiscard]] RectificationResidual current() const {
+    return RectificationResidual(camera_, coefficients_, lens_);
+  }
+  [[nodiscard]] RectificationEstimate estimate() const;
+  /// The error of the lenses, as far as it is known.
+  [[nodiscard]] LensEstimate lens_error() const;
+  /// Covariance of its coefficients, px^2.
+  [[nodiscard]] Matrix2<double> lens_covariance() const;
+
+  /// Whether the disparity offset contains an error that is larger than the rows suggest.
+  [[nodiscard]] bool has_large_error() const noexcept { return disparity_.has_large_error(); }
+
+  /// Whether the last motion showed that the right camera has turned.
+  [[nodiscard]] bool noticed_turn() const noexcept { return noticed_turn_; }
+
+  /// Best estimate so far of the coefficients of the disparity offset when a motion was measured, px. It
+  /// differs from that of current() if the right camera has turned since, and is the estimate of that time if
+  /// the motion itself contradicts a large change.
+  [[nodiscard]] CameraErrors::Coefficients coefficients_during(const MotionEvidence& motion) const;
+
+  /// Covariance of a motion due to the present uncertainty of the disparity offset, and of a turn of the
+  /// right camera during the motion.
+  [[nodiscard]] Matrix6<double> covariance_of(const MotionEvidence& motion) const;
+
+  /// covariance_of() without the error of the scale that all motions share, whose standard deviation is
+  /// scale_sigma(). For a motion that was corrected to the best estimate so far. A motion before
+  /// a turn of the right camera keeps all of it.
+  [[nodiscard]] Matrix6<double> covariance_besides_scale(const MotionEvidence& motion,
+                                                         const Pose& T_first_second) const;
+
+  /// What was learned since a motion was measured. Afterwards the motion counts as measured with the best
+  /// estimate so far.
+  [[nodiscard]] MotionChange correct(MotionEvidence& motion, const Pose& T_first_second) const;
+
+  /// Relative standard deviation of all lengths due to the present uncertainty of the disparity offset. Zero
+  /// before the first motion.
+  [[nodiscard]] double scale_sigma() const;
+
+  /// Forgets most of the disparity offset: the right camera moves by as much as `displacement_px`, and did so
+  /// before that was known.
+  void forget_disparity_offset(double displacement_px) { disparity_.forget(displacement_px); }
+
+  /// Adds a displacement that the right image will keep.
+  void shift(const ImageDisplacement::Coefficients& displacement);
+
+  /// Begins with a displacement of the right image, a and d of ImageDisplacement, that is known with this
+  /// covariance, px and px^2.
+  void begin_displaced(const Vector2<double>& displacement, const Matrix2<double>& covariance);
+
+  /// Makes current() the mean of everything added so far. Earlier measurements used the former current() and
+  /// have to be repeated.
+  void advance();
+
+ private:
+  using RowInformation = antipode::GaussianInformation<double, RectificationResidual::kTerms>;
+
+  MotionEvidence add_motion(const SeenMotion& motion, double confidence, bool vibrates = false);
+  void note_delay_in(const MotionEvidence& motion, double confidence);
+  [[nodiscard]] antipode::GaussianInformation<double, 1> delay_by_motions() const;
+  void advance_delay();
+  [[nodiscard]] double bent_rows_px() const;
+  void expect_disparity_offset();
+  [[nodiscard]] CameraErrors::Coefficients applied() const;
+  [[nodiscard]] CameraErrors::Coefficients scale_derivative() const;
+  [[nodiscard]] Matrix6<double> covariance_of(const MotionEvidence& motion,
+                                              const MotionEvidence::Derivative& derivative) const;
+  [[nodiscard]] Vector6<double> change_of(const MotionEvidence& motion) const;
+  [[nodiscard]] Matrix6<double> nonlinearity_of(const MotionEvidence& motion) const;
+  [[nodiscard]] DelayEstimate used_delay() const { return delay_.used().value_or(DelayEstimate{}); }
+  [[nodiscard]] CameraErrors::Coefficients estimate_of_period(const MotionEvidence& motion) const;
+
+  StereoCamera camera_;
+  double row_sigma_px_ = 1.0;  // prior standard deviation of a row coefficient
+  RectificationResidual::Coefficients coefficients_ = RectificationResidual::Coefficients::Zero();
+  LensResidual::Coefficients lens_ = LensResidual::Coefficients::Zero();
+  RowInformation rows_{RectificationEstimate::Information::Identity(), RectificationEstimate::Basis::Zero()};
+  std::optional<RowInformation> learned_rows_{};  // of after_drift()
+  bool rows_contradict_learned_ = false;
+  ExposureDelay delay_;
+  // What the motions tell of the delay: the information of it, in s, and the coefficients, in px.
+  CameraErrors::Coefficients delay_cross_ = CameraErrors::Coefficients::Zero();
+  antipode::GaussianInformation<double, 1> delay_evidence_{};
+  CameraErrors disparity_;
+  std::size_t motions_ = 0;
+  bool noticed_turn_ = false;
+  // Sums over the motions: length times d length / d coefficients, squared length.
+  CameraErrors::Coefficients length_derivative_m2_ = CameraErrors::Coefficients::Zero();
+  double squared_length_m2_ = 0.0;
+};
+
+}  // namespace stereo_slam

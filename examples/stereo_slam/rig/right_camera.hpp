@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "stereo_slam/core/stereo_camera.hpp"
+#include "stereo_slam/core/types.hpp"
+#include "stereo_slam/rig/displacement_estimation.hpp"
+#include "stereo_slam/rig/learned_cameras.hpp"
+#include "stereo_slam/rig/lens_residual.hpp"
+#include "stereo_slam/rig/rectification_estimator.hpp"
+#include "stereo_slam/rig/right_image_monitor.hpp"
+#include "stereo_slam/rig/seen_motion.hpp"
+#include "stereo_slam/rig/shared_disparity_error.hpp"
+#include "stereo_slam/rig/stereo_view.hpp"
+#include "stereo_slam/rig/vibration.hpp"
+#include "stereo_slam/settings/settings.hpp"
+
+namespace stereo_slam {
+
+/// The right image of a frame: whether it fits the left one, as far as the frame was measured, and its
+/// displacement besides the error of the rectification.
+struct RightImageState {
+  RightImageMonitor monitor;
+  ImageDisplacement::Coefficients displacement = ImageDisplacement::Coefficients::Zero();  ///< px
+  ImageDisplacement::Covariance covariance = ImageDisplacement::Covariance::Zero();        ///< of it, px^2
+  std::optional<RigVelocity> velocity{};  ///< when it was exposed; nothing if it is unknown
+
+  /// Whether it is left out, judged by the points searched so far.
+  [[nodiscard]] bool is_ignored() const { return monitor.judgement() == RightImage::kIgnored; }
+};
+
+/// What the motion to a keyframe has to do with the rig.
+struct KeyframeMotion {
+  Matrix6<double> covariance = Matrix6<double>::Zero();  ///< of it, due to what is not known of the rig
+  Eigen::Matrix<double, 6, LensResidual::kTerms> by_lens =
+      Eigen::Matrix<double, 6, LensResidual::kTerms>::Zero();  ///< d motion / d coefficients of the lens
+  Remeasurement remeasurement;                                 ///< of the keyframe, by what the motion taught
+};
+
+/// The owner of what is known of the two cameras besides their calibration: the errors of rectification and
+/// lenses, which are learned while driving, the delay of right images, how they are displaced, and whether
+/// they fit the left ones. It tells how a frame is seen, is told what was seen, and tells what that changed.
+class RightCamera {
+ public:
+  RightCamera(const StereoCamera& camera, const OnlineRectificationSettings& settings)
+      : camera_(camera), settings_(settings), rectification_(camera, settings) {}
+
+  /// Goes on from what an earlier run learned, with the drift that is possible since then.
+  [[nodiscard]] static RightCamera resumed(const StereoCamera& camera,
+                                           const OnlineRectificationSettings& settings,
+                                           const RectificationEstimate& learned);
+  /// Begins with a delay of the right images that is known from elsewhere.
+  void begin_with_delay(const DelayEstimate& known) {
+    if (settings_.enabled) rectification_.begin_with_delay(known);
+  }
+
+  // How a frame is seen.
+
+  [[nodiscard]] const StereoCamera& camera() const noexcept { return camera_; }
+  /// The last frame.
+  [[nodiscard]] StereoView view_of(const StereoFrame& frame) const { return view_of(frame, image_); }
+  /// A frame whose right image is so.
+  [[nodiscard]] StereoView view_of(const StereoFrame& frame, const RightImageState& image) const {
+    return {frame, camera_, geometry(image), !image.is_ignored()};
+  }
+  /// What both lenses do to an image.
+  [[nodiscard]] LensResidual lens() const { return rectification_.current().lens(); }
+  /// What measures points without right images.
+  [[nodiscard]] LeftCamera left_camera() const { return {camera_, lens(), rectification_.lens_covariance()}; }
+  /// The right image of the next frame, about which nothing is known yet.
+  [[nodiscard]] RightImageState next_image(bool has_right) const {
+    RightImageState next{.monitor = image_.monitor, .velocity = image_.velocity};
+    next.monitor.begin_frame(has_right);
+    return next;
+  }
+  /// Whether the right image of the frame is left out, judged by the points searched so far.
+  [[nodiscard]] bool is_ignored() const { return image_.is_ignored(); }
+  /// Whether the points of the frame fit, or nothing is known: see RightImageMonitor.
+  [[nodiscard]] bool fits() const { return image_.monitor.fits(); }
+  [[nodiscard]] RightImage judgement() const { return image_.monitor.judgement(); }
+  /// Whether right images are late, so that their geometry depends on the velocity.
+  [[nodiscard]] bool is_late() const { return rectification_.delay().has_value(); }
+  /// Whether the right images of frames may be displaced: the rig vibrates, or they are late, and the
+  /// velocity at their exposure is not exactly known.
+  [[nodiscard]] bool may_be_displaced() const { return vibration_.present() || is_late(); }
+  /// Information of the displacement of such a frame besides what its landmarks show; its mean is zero.
+  [[nodiscard]] ImageDisplacement::Covariance displacement_information(const RightImageState& image) const;
+  /// The velocity when the right image of a frame was exposed, if the motion to this frame had the velocity
+  /// `measured`: the mean over that motion, and how it changed since the last one, until the exposure.
+  [[nodiscard]] RigVelocity velocity_at_exposure(const RigVelocity& measured) const;
+  /// Sets the translation of a right image whose velocity is known to that of the motion to its frame.
+  [[nodiscard]] Remeasurement move_with(const RigVelocity& measured, RightImageState& image) const;
+  /// Whether a motion has already shown whether the disparities have a large error.
+  [[nodiscard]] bool disparities_tested() const noexcept { return disparities_tested_; }
+  [[nodiscard]] bool learns() const noexcept { return settings_.enabled; }
+
+  // What was seen. What was measured in the last frame follows the Remeasurement.
+
+  /// Tests the disparities by the error that a motion shows, and takes the error if it is clear: it was there
+  /// from the start. Nothing if it is not.
+  std::optional<Remeasurement> test_disparities(const SharedDisparityError& shown);
+  /// Takes the right image of a frame as it was measured, and learns from its displacement how the rig
+  /// vibrates; `left` is what the landmarks show of it besides.
+  void take(const RightImageState& image, const std::optional<DisplacementEstimate>& left);
+  /// Corrects the displacement of the frame by what the landmarks show.
+  Remeasurement displace(const DisplacementEstimate& left);
+  /// Learns the velocity of the motion to the last frame; nothing if it is unknown. A late right image keeps
+  /// the rotation with which it was measured, to which its displacement belongs.
+  Remeasurement move_with(const std::optional<RigVelocity>& measured);
+  /// Sets the velocity when the last frame was exposed.
+  Remeasurement expose_with(const std::optional<RigVelocity>& velocity);
+  /// Adds stereo matches of a keyframe, measured as view_of() says: they observe the row offsets and a delay.
+  void add_rows(std::span<const StereoMeasurement> matches) {
+    if (!settings_.enabled || (is_late() && !image_.velocity)) return;  // else they are in other rows
+    rectification_.add_rows(matches);
+    if (image_.velocity) rectification_.add_delay(matches, *image_.velocity);
+    keyframe_velocity_ = image_.velocity;
+  }
+  /// Refines the rectification by the motion from the last keyframe, seen by its landmarks. If the landmarks
+  /// do not tell how the motion depends on the rectification, the points of the odometry do, if it alone
+  /// measured the motion; they are followed over one frame only, and refine nothing.
+  KeyframeMotion refine(const SeenMotion& by_landmarks, const SeenMotion& by_odometry);
+  /// As refine(), but the rectification is not refined: for landmarks without disparities.
+  KeyframeMotion consider(const SeenMotion& by_landmarks);
+  /// Forgets what an earlier run learned if the rows of the first frame contradict it. Returns whether they
+  /// do.
+  bool refuse_learned();
+  /// Learns the row offsets anew from a pair in which hardly any stereo match is found, or none was searched
+  /// yet. Returns whether the rows had been displaced.
+  bool relearn_rows(const StereoFrame& frame);
+  /// Ends a frame, which was lost or whose right image did not fit if `unmeasured`. The cameras may have been
+  /// moved: in the second such frame in a row, and then in every tenth, the row offsets are learned anew.
+  /// Returns whether the rows had been displaced.
+  bool end_frame(const StereoFrame& frame, bool unmeasured);
+
+  // What changed.
+
+  /// Whether the last motion showed that the right camera has turned.
+  [[nodiscard]] bool noticed_turn() const noexcept { return came_to_rest_ || rectification_.noticed_turn(); }
+  /// What the uncertainty of the velocities of the last keyframe and of the last frame adds to the covariance
+  /// of the motion between them, if right images are late.
+  [[nodiscard]] Matrix6<double> velocity_covariance(const SeenMotion& motion) const;
+  /// At the end: what was learned of the rig since each of these motions was measured, which are those that
+  /// were refined or considered, in order. Nothing if the rig is not learned.
+  [[nodiscard]] std::vector<MotionChange> correct(const std::vector<Pose>& motions);
+  /// What was learned so far, to be reported.
+  [[nodiscard]] RigSummary summary() const;
+  /// What another run with the same cameras can begin with.
+  [[nodiscard]] LearnedCameras learned() const { return {camera_, rectification_.estimate()}; }
+  /// The errors that the calibration may have, given how large those are that the images show.
+  [[nodiscard]] CalibrationError calibration_error(const CalibrationSettings& allowed) const;
+
+ private:
+  [[nodiscard]] RectificationResidual geometry(const RightImageState& image) const;
+  [[nodiscard]] double delay_s() const { return rectification_.delay().value_or(DelayEstimate{}).seconds; }
+  [[nodiscard]] ImageDisplacement::Coefficients sigma_by_velocity_px(const RightImageState& image) const;
+  [[nodiscard]] SeenMotion with_delay(SeenMotion motion) const;
+  KeyframeMotion keep(const MotionEvidence& motion, const RectificationResidual& before);
+
+  static constexpr int kFirstRelearn = 2;      // frames in a row
+  static constexpr int kRelearnInterval = 10;  // frames
+
+  StereoCamera camera_;
+  OnlineRectificationSettings settings_;
+  bool refused_learned_ = false;
+  RectificationEstimator rectification_;
+  std::vector<MotionEvidence> motions_;  // to the keyframes so far
+  RightImageState image_;                // of the last frame
+  Vibration vibration_;
+  std::optional<RigVelocity> measured_velocity_;            // of the motion to the last frame
+  Vector6<double> change_per_s_ = Vector6<double>::Zero();  // of it, from the motion before
+  Vector3<double> surprise2_ =
+      Vector3<double>::Zero();  // mean square of what its translation was beside a constant change
+  int surprises_ = 0;
+  std::optional<RigVelocity> keyframe_velocity_;  // when the last keyframe was exposed
+  bool came_to_rest_ = false;                     // at the last keyframe, after a displacement
+  bool disparities_tested_ = false;
+  int unmeasured_frames_ = 0;  // in a row
+};
+
+}  // namespace stereo_slam

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/rig/vibration.hpp"
+
+#include <random>
+
+#include "support/catch.hpp"
+
+namespace stereo_slam {
+namespace {
+
+/// White displacements along the rows.
+void add_white(Vibration& vibration, double sigma_px, int frames) {
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal(0.0, sigma_px);
+  for (int i = 0; i < frames; ++i) {
+    ImageDisplacement::Coefficients displacement = ImageDisplacement::Coefficients::Zero();
+    displacement[0] = normal(random);
+    vibration.add(displacement);
+  }
+}
+
+TEST_CASE("A rigid rig does not vibrate, and what lenses leave is no vibration", "[stereo_slam][slam]") {
+  Vibration vibration;
+  CHECK_FALSE(vibration.present());
+  add_white(vibration, 0.15, 500);
+  CHECK_FALSE(vibration.present());
+}
+
+TEST_CASE("A vibration is noticed within some frames, and ends", "[stereo_slam][slam]") {
+  Vibration vibration;
+  add_white(vibration, 0.5, 30);
+  CHECK(vibration.present());
+  CHECK_FALSE(vibration.rest());
+  add_white(vibration, 0.05, 200);
+  CHECK_FALSE(vibration.present());
+}
+
+TEST_CASE("A right image that rests at another place has been turned", "[stereo_slam][slam]") {
+  Vibration vibration;
+  vibration.begin();
+  ImageDisplacement::Coefficients displacement = ImageDisplacement::Coefficients::Zero();
+  displacement[0] = 2.0;
+  for (int i = 0; i < 59; ++i) vibration.add(displacement);
+  CHECK_FALSE(vibration.rest());
+  vibration.add(displacement);
+  REQUIRE(vibration.rest());
+  CHECK((*vibration.rest() - displacement).norm() < 1e-9);
+}
+
+}  // namespace
+}  // namespace stereo_slam
