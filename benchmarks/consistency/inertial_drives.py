@@ -5,7 +5,9 @@ inertial_drives.py misalign MAV0 SEED            turns and moves the IMU of odd 
                                                  and the axes that the calibration takes for the IMU
 inertial_drives.py remove MAV0                   removes the images of a second
 inertial_drives.py flight CSV SEED FRAMES OUT    a part of a ground truth of EuRoC as a path for `simulate --trajectory`
+inertial_drives.py street POSES SEED FRAMES OUT  a part of the path of a KITTI pose file of 10 Hz, at 20 Hz
 inertial_drives.py head | row FOLDER             the table
+inertial_drives.py summary OUT                   means of what is below OUT, by the kind of case
 """
 import json
 import pathlib
@@ -94,6 +96,21 @@ def flight(file, seed, frames, out):
             stream.write(" ".join(f"{x:.9g}" for x in T.ravel()) + "\n")
 
 
+def street(file, seed, frames, out):
+    poses = np.loadtxt(file).reshape(-1, 3, 4)
+    count = int(frames) // 2 + 3
+    begin = (int(seed) * 237) % (len(poses) - count)
+    poses = poses[begin : begin + count]
+    between = (-poses[:-3] + 9 * poses[1:-2] + 9 * poses[2:-1] - poses[3:]) / 16  # cubic interpolation
+    path = np.stack([poses[1:-2], between], axis=1).reshape(-1, 3, 4)[: int(frames)]
+    u, _, vt = np.linalg.svd(path[:, :, :3])
+    rotations, positions = u @ vt, path[:, :, 3]
+    with open(out, "w") as stream:
+        for R, p in zip(rotations, positions):
+            T = np.hstack([rotations[0].T @ R, (rotations[0].T @ (p - positions[0]))[:, None]])
+            stream.write(" ".join(f"{x:.9g}" for x in T.ravel()) + "\n")
+
+
 def trajectory(file):
     return np.array([[float(x) for x in line.split()] for line in open(file)])
 
@@ -115,38 +132,73 @@ def bridged_error(truth, estimate):
     return np.linalg.norm(motion(truth, lambda row: row[3:7]) - motion(estimate, lambda row: row[[6, 3, 4, 5]]))
 
 
-HEAD = """| case | delay, ms: true, found +- sigma (NEES) | turn, degrees: true, left | ATE without, with, mm | velocity, mm/s (NEES, inside) | tilt, degrees (NEES) | biases, NEES | inside over 1, 10, 100 frames | a second without images, mm: without, with | LOST |
+HEAD = """| case | delay, ms: true, found +- sigma (NEES) | turn, degrees: true, left | ATE without, with, mm | velocity, mm/s (NEES, inside) | tilt, degrees (NEES, inside) | biases, NEES (inside) | inside over 1, 10, 100 frames: without; with | a second without images, mm: without, with | LOST |
 |---|---|---|---|---|---|---|---|---|---|"""
+SUMMARY_HEAD = """| kind | cases | ATE with / without: mean, worst; above 1.05 | velocity: NEES, inside | tilt: NEES, inside | biases: NEES, inside | poses over 1, 10, 100 frames, without: NEES, inside | with: NEES, inside | a second without images, mm: median, worst | LOST |
+|---|---|---|---|---|---|---|---|---|---|"""
+
+
+def json_of(file):
+    return json.load(open(file)) if file.exists() else {}
+
+
+def inside_of(folder, name):
+    """(NEES, share inside) over 1, 10 and 100 frames."""
+    scores = json_of(folder / f"{name}_score.json").get("nees", {}).get("relative_nees", [])
+    return np.array([(s["mean"], 100 * s["share_inside_95"]) if s["count"] else (np.nan, np.nan) for s in scores[:3]]).reshape(-1, 2)
+
+
+def measures(folder):
+    """What the table has of a case."""
+    _, body = read_rows(folder / "images/mav0/state_groundtruth_estimate0/data.csv")
+    positions = {name: trajectory(folder / name / "trajectory_tum.txt")[:, 1:4] for name in ("alone", "imu")}
+    online = {name: trajectory(folder / name / "trajectory_online.txt")[:, 1:] for name in ("gap_alone", "gap_imu")}
+    inertial = json_of(folder / "inertial.json").get("inertial")
+    def part(name):
+        scores = inertial[name] if inertial else {}
+        return np.array([scores.get(key, np.nan) for key in ("rms", "mean_nees", "share_inside_95")]) * (1, 1, 100)
+    return {"ate_mm": [1e3 * aligned_error(body[:, :3], positions[name]) for name in ("alone", "imu")],
+            "gap_mm": [1e3 * bridged_error(body, online[name]) for name in ("gap_alone", "gap_imu")],
+            "lost": [json_of(folder / f"{name}.json")["frames_lost"] for name in ("gap_alone", "gap_imu")],
+            "velocity": part("velocity_m_s") * (1e3, 1, 1), "tilt": part("tilt_rad") * (np.degrees(1), 1, 1),
+            "biases": part("biases"), "delay_nees": inertial["delay_s"]["mean_nees"] if inertial else np.nan,
+            "inside": [inside_of(folder, name) for name in ("alone", "imu")]}
 
 
 def row(folder):
     folder = pathlib.Path(folder)
-    mav0 = folder / "images/mav0"
     seed = int(folder.name.split("-")[-1])
-    _, body = read_rows(mav0 / "state_groundtruth_estimate0/data.csv")
-    runs = {name: json.load(open(folder / f"{name}.json")) for name in ("alone", "imu", "gap_alone", "gap_imu")}
-    paths = {name: trajectory(folder / name / "trajectory_tum.txt")[:, 1:] for name in runs}
-    imu = runs["imu"]["imu"]
+    m = measures(folder)
+    imu = json_of(folder / "imu.json")["imu"]
     wrong = seed % 2 == 1
-    generator = np.random.default_rng(seed)
-    true_turn = -np.radians(TURN_DEG) * (lambda axis: axis / np.linalg.norm(axis))(generator.normal(size=3)) * wrong
+    axis = np.random.default_rng(seed).normal(size=3)
+    true_turn = -np.radians(TURN_DEG) * wrong * axis / np.linalg.norm(axis)
     left_deg = np.degrees(np.linalg.norm(np.array(imu["turn_rad"]) - true_turn))
-    ate = [1e3 * aligned_error(body[:, :3], paths[name][:, :3]) for name in ("alone", "imu")]
-    online = [trajectory(folder / name / "trajectory_online.txt")[:, 1:] for name in ("gap_alone", "gap_imu")]
-    gap = [1e3 * bridged_error(body, path) for path in online]
-    lost = f"{runs['gap_alone']['frames_lost']}, {runs['gap_imu']['frames_lost']}"
     state = "" if imu["phase"] == "running" else f" ({imu['phase']})"
-    score, inertial_score = [json.load(open(file)) if file.exists() else {} for file in (folder / "score.json", folder / "inertial.json")]
-    inertial, inside = inertial_score.get("inertial"), score.get("nees", {}).get("relative_nees", [])
-    shares = ", ".join(f"{100 * s['share_inside_95']:.0f}" if s["count"] else "-" for s in inside)
-    parts, delay_nees = ["-", "-", "-"], "-"
-    if inertial:
-        v, tilt, biases = inertial["velocity_m_s"], inertial["tilt_rad"], inertial["biases"]
-        delay_nees = f"{inertial['delay_s']['mean_nees']:.1f}"
-        parts = [f"{1e3 * v['rms']:.1f} ({v['mean_nees']:.1f}, {100 * v['share_inside_95']:.0f} %)",
-                 f"{np.degrees(tilt['rms']):.2f} ({tilt['mean_nees']:.1f})", f"{biases['mean_nees']:.1f}"]
-    print(f"| {folder.name}{state} | {[-20, 0, 20, -10, 10][seed % 5]}, {imu['delay_ms']:.2f} +- {imu['delay_sigma_ms']:.2f} ({delay_nees}) | {TURN_DEG * wrong:.0f}, {left_deg:.2f} | "
-          f"{ate[0]:.1f}, {ate[1]:.1f} | {parts[0]} | {parts[1]} | {parts[2]} | {shares} | {gap[0]:.0f}, {gap[1]:.1f} | {lost} |", flush=True)
+    shares = "; ".join(", ".join(f"{x:.0f}" for x in inside[:, 1]) for inside in m["inside"])
+    v, tilt, biases = m["velocity"], m["tilt"], m["biases"]
+    print(f"| {folder.name}{state} | {[-20, 0, 20, -10, 10][seed % 5]}, {imu['delay_ms']:.2f} +- {imu['delay_sigma_ms']:.2f} ({m['delay_nees']:.1f}) "
+          f"| {TURN_DEG * wrong:.0f}, {left_deg:.2f} | {m['ate_mm'][0]:.1f}, {m['ate_mm'][1]:.1f} | {v[0]:.1f} ({v[1]:.1f}, {v[2]:.0f} %) "
+          f"| {tilt[0]:.2f} ({tilt[1]:.1f}, {tilt[2]:.0f} %) | {biases[1]:.1f} ({biases[2]:.0f} %) | {shares} "
+          f"| {m['gap_mm'][0]:.0f}, {m['gap_mm'][1]:.1f} | {m['lost'][0]}, {m['lost'][1]} |", flush=True)
+
+
+def summary(out):
+    """Means over the cases of each kind."""
+    folders = [folder for folder in pathlib.Path(out).iterdir() if (folder / "inertial.json").exists()]
+    print("\n" + SUMMARY_HEAD)
+    for kind in sorted({folder.name.split("-")[0] for folder in folders}):
+        cases = [measures(folder) for folder in folders if folder.name.split("-")[0] == kind]
+        ratios = np.array([m["ate_mm"][1] / m["ate_mm"][0] for m in cases])
+        gaps = [m["gap_mm"][1] for m in cases]
+        def part(name):
+            _, nees, inside = np.nanmean([m[name] for m in cases], axis=0)
+            return f"{nees:.1f}, {inside:.0f} %"
+        def poses(which):
+            means = np.nanmean([m["inside"][which] for m in cases], axis=0)
+            return ", ".join(f"{nees:.1f}" for nees, _ in means) + "; " + ", ".join(f"{inside:.0f}" for _, inside in means) + " %"
+        print(f"| {kind} | {len(cases)} | {np.exp(np.log(ratios).mean()):.2f}, {ratios.max():.2f}; {(ratios > 1.05).sum()} | {part('velocity')} | {part('tilt')} | {part('biases')} "
+              f"| {poses(0)} | {poses(1)} | {np.median(gaps):.0f}, {max(gaps):.0f} | {sum(m['lost'][0] for m in cases)}, {sum(m['lost'][1] for m in cases)} |")
 
 
 def main():
@@ -157,6 +209,10 @@ def main():
         remove(arguments[0])
     elif command == "flight":
         flight(*arguments)
+    elif command == "street":
+        street(*arguments)
+    elif command == "summary":
+        summary(*arguments)
     elif command == "head":
         print(HEAD, flush=True)
     else:

@@ -65,7 +65,9 @@ void InertialFilter::begin_frame(std::int64_t stamp_ns, const std::optional<ImuR
 
 /// The motion of a state between two images.
 ReadMotion InertialFilter::motion_of(const InertialState& state, const antipode::TimeInterval& images) const {
-  return read_motion(samples_, images, state, noise_.densities(sensor_.noise));
+  ReadMotion read = read_motion(samples_, images, state, noise_.densities(sensor_.noise));
+  read.drift = drift_.of_motion();
+  return read;
 }
 
 PoseGaussian InertialFilter::in_imu(const PoseGaussian& camera) const {
@@ -74,6 +76,12 @@ PoseGaussian InertialFilter::in_imu(const PoseGaussian& camera) const {
 
 PoseGaussian InertialFilter::in_camera(const PoseGaussian& imu) const {
   return conjugated(sensor_.T_camera_imu, imu);
+}
+
+std::optional<Matrix6<double>> InertialFilter::drift_covariance() const {
+  if (!running()) return std::nullopt;
+  const Matrix6<double> of_drift = state_.covariance.block<6, 6>(StatePart::kDrift, StatePart::kDrift);
+  return in_camera({Pose::identity(), drift_.covariance(of_drift)}).covariance;
 }
 
 Pose InertialFilter::predicted_motion() const {
@@ -112,6 +120,7 @@ void InertialFilter::begin(std::int64_t stamp_ns, const InertialState& itself) {
 void InertialFilter::end_frame(const SeenFrame& seen, const std::optional<InertialPrior>& prior) {
   if (!begun_ || summary_.phase == InertialPhase::kNone || summary_.phase == InertialPhase::kOff) return;
   remember(seen);
+  if (seen.T_previous_current) drift_.see(in_imu(*seen.T_previous_current));
   const bool refuted = running() && seen.refutes_imu;
   if (running() && !refuted) {
     continue_run(seen, prior);
@@ -204,6 +213,7 @@ void InertialFilter::continue_run(const SeenFrame& seen, const std::optional<Ine
     if (updated.status != antipode::MarginalStatus::kUpdated) return begin(seen.stamp_ns, unknown());
     state_ = antipode::with_gravity_length(updated.posterior, kGravity);
   }
+  drift_.move(prior->step.T_previous_current());
   stamp_ns_ = seen.stamp_ns;
 }
 
@@ -279,6 +289,7 @@ void InertialFilter::forget_samples() {
 }
 
 void InertialFilter::change_keyframe() {
+  drift_.begin_keyframe();
   if (running()) state_ = relative_to_itself(state_);
 }
 

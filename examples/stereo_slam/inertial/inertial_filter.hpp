@@ -11,6 +11,7 @@
 #include "stereo_slam/core/imu_readings.hpp"
 #include "stereo_slam/core/inertial_estimate.hpp"
 #include "stereo_slam/core/types.hpp"
+#include "stereo_slam/inertial/image_drift.hpp"
 #include "stereo_slam/inertial/inertial_state.hpp"
 #include "stereo_slam/inertial/innovation_monitor.hpp"
 #include "stereo_slam/inertial/motion_fusion.hpp"
@@ -63,6 +64,10 @@ class InertialFilter {
   /// The prior of the frame, with the odometry's motion, if it is valid. Only if there is a prediction.
   [[nodiscard]] InertialPrior prior(const std::optional<PoseGaussian>& T_previous_current) const;
 
+  /// What the drift of the images since the keyframe adds to the covariance of the pose T_keyframe_camera
+  /// that they show. Nothing unless the filter runs.
+  [[nodiscard]] std::optional<Matrix6<double>> drift_covariance() const;
+
   /// Begins at a frame whose camera is the reference keyframe.
   void begin_map(std::int64_t stamp_ns);
 
@@ -112,6 +117,7 @@ class InertialFilter {
   std::vector<ImuSample> samples_;  // since shortly before the rotations
   std::int64_t moved_ns_ = 0;       // by how much their stamps were made earlier
   NoiseInMotion noise_;
+  ImageDrift drift_;
   std::deque<SeenRotation> rotations_;  // of the last frames, to find the cause of a contradiction
   std::optional<InertialStep> predicted_;
   InertialState state_ = unknown_state();  // relative to the keyframe while it runs, else to itself

@@ -36,6 +36,7 @@ InertialState unknown_state(double delay_sigma_s) {
   set_variance(P, StatePart::kAccel, kAccelerometerBias);
   set_variance(P, StatePart::kTurn, kTurn_rad);
   set_variance(P, StatePart::kOffset, kOffset_m);
+  P.block<6, 6>(StatePart::kDrift, StatePart::kDrift).setIdentity();
   P(StatePart::kDelay, StatePart::kDelay) = delay_sigma_s * delay_sigma_s;
   P.block<3, 3>(StatePart::kPhi, StatePart::kPhi).diagonal().setConstant(kPoseVariance);
   P.block<3, 3>(StatePart::kRho, StatePart::kRho).diagonal().setConstant(kPoseVariance);
@@ -82,6 +83,7 @@ InertialState without_velocity(const InertialState& itself) {
   std::get<2>(state.state) = std::get<2>(itself.state);
   std::get<3>(state.state) = std::get<3>(itself.state);
   std::get<4>(state.state) = std::get<4>(itself.state);
+  std::get<5>(state.state) = std::get<5>(itself.state);
   constexpr int kKnown = InertialChart::kDim - StatePart::kGamma;
   state.covariance.bottomRightCorner<kKnown, kKnown>() =
       itself.covariance.bottomRightCorner<kKnown, kKnown>();
@@ -95,7 +97,7 @@ PoseGaussian conjugated(const Pose& T_b_a, const PoseGaussian& X) {
 }
 
 InertialEstimate estimate_of(const InertialState& itself) {
-  const auto& [x, biases, turn, delay, offset] = itself.state;
+  const auto& [x, biases, turn, delay, offset, drift] = itself.state;
   InertialEstimate estimate{.phase = InertialPhase::kRunning,
                             .velocity = x.velocity,
                             .gravity = x.vectors.col(0),

@@ -10,8 +10,8 @@
 
 /// @file
 /// The state of the inertial filter: pose T_reference_imu, velocity and gravity in the axes of the reference,
-/// the biases, the turn of the sensor, the delay of its stamps, and its offset, 25 dimensions
-/// (docs/guides/inertial.md). The reference is a keyframe's IMU, or the IMU itself at the frame.
+/// the biases, the turn of the sensor, the delay of its stamps, its offset, and the drift of the images, 31
+/// dimensions (docs/guides/inertial.md). The reference is a keyframe's IMU, or the IMU itself at the frame.
 ///
 /// The axes of the IMU are those of the calibration, fixed to the camera. Those in which it reads are turned
 /// by what is wrong with the calibration: a reading x is Exp(turn) x in the axes of the IMU. Likewise the
@@ -20,21 +20,26 @@
 ///
 /// The state is that at the time of an image with the stamp t. Samples with the stamp t + delay are those of
 /// this time.
+///
+/// The drift is what the motions that the images show have wrong in common for seconds, in standard
+/// deviations (ReadMotion::drift). The pose is the one that the images show, with this error; velocity and
+/// gravity in the axes of the IMU are the true ones.
 namespace stereo_slam {
 
 using InertialChart = antipode::InertialChart<double, antipode::VectorChart<double, 3>,  // turn, rad
                                               antipode::VectorChart<double, 1>,          // delay, s
-                                              antipode::VectorChart<double, 3>>;         // offset, m
+                                              antipode::VectorChart<double, 3>,          // offset, m
+                                              antipode::VectorChart<double, 6>>;         // drift
 using InertialState = antipode::StateGaussian<InertialChart>;
 using InertialMotion = antipode::InertialMotion<double>;
 using StateMatrix = antipode::Matrix<double, InertialChart::kDim>;
 using StateByPose = antipode::Matrix<double, InertialChart::kDim, 6>;
 
 /// The first coordinates of the parts of a tangent vector (phi, nu, rho, gamma, b_g, b_a, turn, delay,
-/// offset).
+/// offset, drift).
 struct StatePart {
   static constexpr int kPhi = 0, kNu = 3, kRho = 6, kGamma = 9, kGyro = 12, kAccel = 15, kTurn = 18,
-                       kDelay = 21, kOffset = 22;
+                       kDelay = 21, kOffset = 22, kDrift = 25;
 };
 
 /// The motion by the readings of an IMU, and what it depends on besides the state at its beginning.
@@ -50,13 +55,16 @@ struct ReadMotion {
   antipode::Matrix<double, 6, 3> by_offset = antipode::Matrix<double, 6, 3>::Zero();
   /// The variance that the noise of the readings leaves in the first six numbers of `by_delay`.
   Vector6<double> by_delay_variance = Vector6<double>::Zero();
+  /// What the images' motion has more than the true one, per unit of drift: angles and lengths in the axes of
+  /// the IMU.
+  Vector6<double> drift = Vector6<double>::Zero();
 };
 
 inline constexpr double kGravity = 9.81;  ///< m/s^2; it differs by .03 from place to place
 
 /// A state of which nothing is known but that its pose is the reference: up to 20 m/s in any direction,
-/// gravity in any direction, usual biases, turn and offset that a good calibration leaves, and a delay with
-/// this standard deviation.
+/// gravity in any direction, usual biases, turn and offset that a good calibration leaves, a delay with this
+/// standard deviation, and any drift.
 [[nodiscard]] InertialState unknown_state(double delay_sigma_s = kUnknownDelaySigma_s);
 
 /// The state relative to the IMU itself, whose pose is then the reference.

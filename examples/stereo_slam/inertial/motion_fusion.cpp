@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/inertial/motion_fusion.hpp"
 
+#include <cmath>
 #include <tuple>
 
 #include <antipode/geometry/jacobians.hpp>
@@ -24,15 +25,53 @@ template <int Columns>
   return pose_rows<InertialChart::kDim>(P).transpose();
 }
 
+/// The share of the drift that is left at the end of a motion: it is a first-order Gauss-Markov process.
+[[nodiscard]] double kept_drift(const ReadMotion& read) {
+  constexpr double kCorrelation_s = 10.0;  // after four, the longest that was measured, most of it is left
+  return std::exp(-read.motion.duration_s / kCorrelation_s);
+}
+
 /// The noise of a step: that of the readings; that of the derivative by the delay, as far as the delay is
-/// unknown; and the drift of the clocks.
+/// unknown; and what changes of the clocks and of the drift of the images.
 [[nodiscard]] StateMatrix noise_of(const ReadMotion& read, const InertialState& previous) {
   constexpr double kClockWalk = 5e-5;  // s/sqrt(s): quartz clocks differ by some 50 us in a second
   StateMatrix Q = read.motion.noise_in<InertialChart>();
   const double variance = previous.covariance(StatePart::kDelay, StatePart::kDelay);
   Q.diagonal().head<6>() += variance * read.by_delay_variance;
   Q(StatePart::kDelay, StatePart::kDelay) += kClockWalk * kClockWalk * read.motion.duration_s;
+  const double kept = kept_drift(read);
+  Q.diagonal().segment<6>(StatePart::kDrift).setConstant(1.0 - kept * kept);
   return Q;
+}
+
+/// How the state at the end of a motion depends on the drift of the images: the pose that they show turns and
+/// moves relative to the IMU, and velocity and gravity, whose axes are those of the reference, turn with it.
+[[nodiscard]] StateByPose by_drift(const antipode::ExtendedPose<double, 3>& end,
+                                   const Vector6<double>& drift) {
+  const Matrix3<double> R_end_reference = end.pose.rotation_matrix().transpose();
+  const Matrix3<double> angles = drift.head<3>().asDiagonal();
+  StateByPose result = StateByPose::Zero();
+  result.block<3, 3>(StatePart::kPhi, 0) = angles;
+  result.block<3, 3>(StatePart::kNu, 0) =
+      -antipode::skew(Vector3<double>(R_end_reference * end.velocity)) * angles;
+  result.block<3, 3>(StatePart::kGamma, 0) =
+      -antipode::skew(Vector3<double>(R_end_reference * end.vectors.col(0))) * angles;
+  result.block<3, 3>(StatePart::kRho, 3) = drift.tail<3>().asDiagonal();
+  return result;
+}
+
+/// How the state at the end of a motion depends on that at its beginning.
+[[nodiscard]] StateMatrix jacobian_of(const ReadMotion& read, const StateByPose& of_drift) {
+  // A reading x of the IMU's axes changes by turn x x, and the motion with it as with the opposite bias.
+  StateMatrix F = read.motion.jacobian_in<InertialChart>();
+  F.block<12, 3>(0, StatePart::kTurn) =
+      F.block<12, 3>(0, StatePart::kGyro) * antipode::skew(Vector3<double>(read.mean.head<3>())) +
+      F.block<12, 3>(0, StatePart::kAccel) * antipode::skew(Vector3<double>(read.mean.tail<3>()));
+  F.block<12, 1>(0, StatePart::kDelay) = read.by_delay;
+  F.block<6, 3>(StatePart::kNu, StatePart::kOffset) = read.by_offset;
+  F.middleCols<6>(StatePart::kDrift) = of_drift;
+  F.block<6, 6>(StatePart::kDrift, StatePart::kDrift) = kept_drift(read) * Matrix6<double>::Identity();
+  return F;
 }
 
 }  // namespace
@@ -46,22 +85,17 @@ Matrix6<double> InertialStep::pose_regression() const {
 }
 
 InertialStep step(const InertialState& previous, const ReadMotion& read) {
-  const InertialMotion& motion = read.motion;
-  // A reading x of the IMU's axes changes by turn x x, and the motion with it as with the opposite bias.
-  StateMatrix F = motion.jacobian_in<InertialChart>();
-  F.block<12, 3>(0, StatePart::kTurn) =
-      F.block<12, 3>(0, StatePart::kGyro) * antipode::skew(Vector3<double>(read.mean.head<3>())) +
-      F.block<12, 3>(0, StatePart::kAccel) * antipode::skew(Vector3<double>(read.mean.tail<3>()));
-  F.block<12, 1>(0, StatePart::kDelay) = read.by_delay;
-  F.block<6, 3>(StatePart::kNu, StatePart::kOffset) = read.by_offset;
-  const StateByPose with_pose = pose_columns(previous.covariance);
+  const auto moved = read.motion(previous.state);
+  const StateByPose of_drift = by_drift(std::get<0>(moved), read.drift);
+  const StateMatrix F = jacobian_of(read, of_drift);
+  antipode::Vector<double, InertialChart::kDim> besides = of_drift * std::get<5>(previous.state);
+  besides.segment<6>(StatePart::kNu) += read.by_offset * std::get<4>(previous.state);
+  besides.segment<6>(StatePart::kDrift) = (kept_drift(read) - 1.0) * std::get<5>(previous.state);
   InertialStep result;
-  antipode::Vector<double, InertialChart::kDim> by_offset =
-      antipode::Vector<double, InertialChart::kDim>::Zero();
-  by_offset.segment<6>(StatePart::kNu) = read.by_offset * std::get<4>(previous.state);
-  result.state.state = InertialChart::normalized(InertialChart::retract(motion(previous.state), by_offset));
+  result.state.state = InertialChart::normalized(InertialChart::retract(moved, besides));
   const StateMatrix P = F * previous.covariance * F.transpose() + noise_of(read, previous);
   result.state.covariance = 0.5 * (P + P.transpose());
+  const StateByPose with_pose = pose_columns(previous.covariance);
   result.T_reference_previous = std::get<0>(previous.state).pose;
   result.previous = pose_rows<6>(with_pose);
   result.cross = F * with_pose;

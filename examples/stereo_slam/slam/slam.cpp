@@ -337,12 +337,13 @@ PoseGaussian Slam::measured_pose(const TrackedPose& tracked) const {
   return pose;
 }
 
-/// The pose with the covariance that is reported: with the error of the scale that the landmarks share, if
-/// their depths are from the motion of the left camera.
+/// The pose with the covariance that is reported: with the drift of the images, if an IMU is used, and with
+/// the error of the scale that the landmarks share, if their depths are from the motion of the left camera.
 PoseGaussian Slam::reported(const TrackedPose& tracked) const {
   PoseGaussian pose = measured_pose(tracked);
   const Vector3<double> error_m = reference_.scale_sigma * pose.pose.inverse().translation();
   pose.covariance.bottomRightCorner<3, 3>() += error_m * error_m.transpose();
+  if (const auto drift = motion_.inertial().drift_covariance()) pose.covariance += *drift;
   if (right_camera_.is_late() && fits_landmarks(tracked)) {
     pose.covariance +=
         right_camera_.velocity_covariance(seen_motion(tracked.matches, local_map_.view(), pose.pose));

@@ -128,6 +128,49 @@ TEST_CASE("A turn of the sensor changes the step as turned readings do, to first
   }
 }
 
+TEST_CASE("A drift of the images turns and moves the pose, and not what the IMU feels",
+          "[inertial][fusion]") {
+  std::mt19937_64 random(7);
+  const InertialState state = random_state(random);
+  ReadMotion read = motion_of(Flight{});
+  read.drift << normal3(random, 1e-3), normal3(random, 1e-3);
+  InertialState drifting = state;
+  std::get<5>(drifting.state) << normal3(random, 1.0), normal3(random, 1.0);
+  const InertialStep without = step(state, read), with = step(drifting, read);
+  const Vector6<double> drift = read.drift.cwiseProduct(std::get<5>(drifting.state));
+  const Vector6<double> moved = with.T_previous_current().boxminus(without.T_previous_current());
+  CHECK((moved - drift).norm() < 1e-2 * drift.norm());  // to first order in angles of milliradians
+  const auto itself = [](const InertialStep& step) {
+    return std::get<0>(relative_to_itself(step.state).state);
+  };
+  const double second_order = drift.squaredNorm();
+  CHECK((itself(with).velocity - itself(without).velocity).norm() < 10.0 * second_order);
+  CHECK((itself(with).vectors - itself(without).vectors).norm() < kGravity * second_order);
+}
+
+TEST_CASE("The covariance of a step has the drift as its mean has it", "[inertial][fusion]") {
+  std::mt19937_64 random(8);
+  InertialState state = random_state(random);
+  ReadMotion read = motion_of(Flight{});
+  read.drift << normal3(random, 1e-3), normal3(random, 1e-3);
+  const InertialStep without = step(state, read);
+  // The covariance of the step of a state whose drift alone is uncertain has the Jacobian as its columns.
+  InertialState uncertain = state;
+  uncertain.covariance.setZero();
+  uncertain.covariance.block<6, 6>(StatePart::kDrift, StatePart::kDrift).setIdentity();
+  const StateMatrix P = step(uncertain, read).state.covariance;
+  for (int i = 0; i < 6; ++i) {
+    InertialState drifting = state;
+    std::get<5>(drifting.state) = Vector6<double>::Unit(i);
+    const auto moved = InertialChart::local(without.state.state, step(drifting, read).state.state);
+    const double kept = std::get<5>(step(drifting, read).state.state)[i];
+    CHECK(kept < 1.0);
+    const auto expected = P.col(StatePart::kDrift + i) / kept;
+    CHECK((moved.head<12>() - expected.head<12>()).norm() < 1e-2 * expected.head<12>().norm());
+    CHECK(std::abs(P(StatePart::kDrift + i, StatePart::kDrift + i) - 1.0) < 1e-12);  // stationary
+  }
+}
+
 TEST_CASE("A state at a pose has the covariance that its parts have in the axes of the IMU", "[inertial]") {
   std::mt19937_64 random(4);
   const InertialState state = random_state(random);
