@@ -92,17 +92,30 @@ Problem late_right_images(const StereoSequence& sequence, const RightDelay& dela
       sequence.left_name);
 }
 
-/// The delay that a run begins with: by the motion to the next frame if the right images are late, and to the
-/// previous one if they are early, because points do not move evenly. A pause of the recording does not
-/// change it. Nothing if it is not likely, or stamps do not tell the time between frames.
+/// The delay that a run begins with, in frames. Points do not move evenly: over a part t of the time between
+/// two frames a row changes by t (1 + t) / 2 times the motion to the next frame, and t (1 - t) / 2 times that
+/// from the last one. How the two differ shows in the delays with either of them alone.
+double delay_of_parabola(double by_next, double by_last) {
+  const double ratio = by_next / by_last;  // of the motion from the last frame to that to the next one
+  constexpr double kLeast = 0.2;           // is not the motion of a camera
+  if (!(ratio > kLeast) || !(ratio < 1.0 / kLeast)) return by_next;
+  const double linear = 0.5 * (1.0 + ratio), square = 0.5 * (1.0 - ratio);
+  double delay = by_next / linear;
+  constexpr int kSteps = 20;
+  for (int i = 0; i < kSteps; ++i) delay = by_next / (linear + square * delay);
+  return delay;
+}
+
+/// The delay that a run begins with. A pause of the recording does not change it. Nothing if it is not
+/// likely, or stamps do not tell the time between frames.
 std::optional<DelayEstimate> delay_of_right_images(const StereoSequence& sequence, const RightDelay& delay) {
   constexpr double kSigma = 0.1;  // of a delay, relative: points move faster as they come nearer
   constexpr double kLeastSigma_frames = 0.01;
   if (!delay.is_likely()) return std::nullopt;
-  const bool late = delay.frames > 0.0;
-  const auto direction = late ? Direction::kForward : Direction::kBackward;
-  const auto measured = right_delay(sequence.camera, sampled_motions(sequence, 1, direction), 1);
-  const double frames = !measured ? delay.frames : late ? measured->frames : -measured->frames;
+  const auto next = right_delay(sequence.camera, sampled_motions(sequence, 1, Direction::kForward), 1);
+  const auto last = right_delay(sequence.camera, sampled_motions(sequence, 1, Direction::kBackward), 1);
+  double frames = delay.frames;
+  if (next && last) frames = delay_of_parabola(next->frames, -last->frames);
   std::vector<std::int64_t> stamps_ns;
   for (const auto& frame : sequence.frames) stamps_ns.push_back(frame.stamp_ns);
   const double frame_s = 1e-9 * static_cast<double>(usual_interval_ns(std::move(stamps_ns)));
