@@ -94,7 +94,7 @@ struct MovedPoints {
 [[nodiscard]] MotionWithError begin_with(const MovedPoints& points) {
   constexpr int kLargest_px = 12;
   constexpr double kMore = 1.25;  // by chance, some more agree with one of many errors
-  const MotionWithError without = points.motion_with(Vector2<double>::Zero());
+  MotionWithError without = points.motion_with(Vector2<double>::Zero());
   if (2 * without.agreeing.size() >= points.previous.size()) return without;
   MotionWithError best = without;
   for (int size_px = 1; size_px <= kLargest_px; ++size_px) {
