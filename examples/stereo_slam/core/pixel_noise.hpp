@@ -39,6 +39,9 @@ inline constexpr double kSharedInFrame_px = 0.02;
 /// All motions, px, with landmarks by the default and by the preset fast, where patches change more in the
 /// longer life of a keyframe [2026-11-28-common-error-in-pixels].
 inline constexpr double kCommonError_px = 0.008, kCommonErrorFast_px = 0.011;
+/// Weight of what a motion tells of the errors of the cameras: those of neighbouring keyframes are alike
+/// [2026-11-29-lens-error].
+inline constexpr double kEvidenceWeight = 0.25;
 /// Factor on the variance of a landmark that tells errors of the rig: wrong slopes of patches would pass for
 /// such an error.
 inline constexpr double kRigCaution = 8.0;

@@ -100,16 +100,14 @@ double delay_of_parabola(double by_next, double by_last) {
   constexpr double kLeast = 0.2;           // is not the motion of a camera
   if (!(ratio > kLeast) || !(ratio < 1.0 / kLeast)) return by_next;
   const double linear = 0.5 * (1.0 + ratio), square = 0.5 * (1.0 - ratio);
-  double delay = by_next / linear;
-  constexpr int kSteps = 20;
-  for (int i = 0; i < kSteps; ++i) delay = by_next / (linear + square * delay);
-  return delay;
+  const double discriminant = linear * linear + 4.0 * square * by_next;
+  return discriminant > 0.0 ? 2.0 * by_next / (linear + std::sqrt(discriminant)) : by_next;
 }
 
 /// The delay that a run begins with. A pause of the recording does not change it. Nothing if it is not
 /// likely, or stamps do not tell the time between frames.
 std::optional<DelayEstimate> delay_of_right_images(const StereoSequence& sequence, const RightDelay& delay) {
-  constexpr double kSigma = 0.1;  // of a delay, relative: points move faster as they come nearer
+  constexpr double kSigma = 0.1;  // of a delay, relative: wrong points pull it to zero
   constexpr double kLeastSigma_frames = 0.01;
   if (!delay.is_likely()) return std::nullopt;
   const auto next = right_delay(sequence.camera, sampled_motions(sequence, 1, Direction::kForward), 1);

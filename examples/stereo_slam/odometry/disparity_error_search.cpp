@@ -2,6 +2,7 @@
 #include "stereo_slam/odometry/disparity_error_search.hpp"
 
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include <Eigen/LU>
@@ -9,6 +10,7 @@
 #include <antipode/filters/robust_least_squares.hpp>
 #include <antipode/geometry/quaternion.hpp>
 
+#include "stereo_slam/core/pixel_noise.hpp"
 #include "stereo_slam/core/robust_loss.hpp"
 #include "stereo_slam/odometry/motion_in_left.hpp"
 
@@ -150,8 +152,6 @@ std::optional<SharedDisparityError> find_shared_disparity_error(std::span<const 
                                                                 double pixel_sigma_px) {
   constexpr int kLinearisations = 8;
   constexpr double kPriorSigma_px = 20.0;  // nothing is known
-  // Of the information: errors of the lenses are not modelled, as for RectificationEstimator.
-  constexpr double kConfidence = 0.25;
   const MovedPoints points{previous, current_px, camera};
   MotionWithError best = begin_with(points);
   SharedDisparityError result;
@@ -166,7 +166,7 @@ std::optional<SharedDisparityError> find_shared_disparity_error(std::span<const 
     if (!fit.converged()) return std::nullopt;
     best.T_previous_current = best.T_previous_current.boxplus(fit.state.head<6>());
     best.displacement_px += fit.state.tail<2>();
-    result = {best.displacement_px, fit.covariance.bottomRightCorner<2, 2>() / kConfidence};
+    result = {best.displacement_px, fit.covariance.bottomRightCorner<2, 2>() / kEvidenceWeight};
     best.agreeing = points.agreeing_with(best);
   }
   if (best.agreeing.size() < kLeastAgreeing || 3 * best.agreeing.size() < previous.size())

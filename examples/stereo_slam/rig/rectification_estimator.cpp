@@ -16,9 +16,6 @@
 namespace stereo_slam {
 namespace {
 
-constexpr double kConfidence =
-    0.25;  // weight of a keyframe's information on the disparity offset: its errors are not independent
-
 // Expected disparity offset for a given row offset: both have the same causes, such as a rotation of one
 // camera, but one or the other may be small by chance.
 constexpr double kDisparityPerRow = 2.0;
@@ -177,12 +174,12 @@ bool RectificationEstimator::relearn_rows(std::span<const CornerPair> corners) {
 }
 
 MotionEvidence RectificationEstimator::add_motion(const SeenMotion& motion) {
-  return add_motion(motion, kConfidence);
+  return add_motion(motion, kEvidenceWeight);
 }
 
 MotionEvidence RectificationEstimator::add_motion_of_vibrating_rig(
     const SeenMotion& motion, const ImageDisplacement::Covariance& displacement_covariance) {
-  MotionEvidence shown = add_motion(motion, kConfidence, true);
+  MotionEvidence shown = add_motion(motion, kEvidenceWeight, true);
   const auto terms = DisplacementTerms(camera_).disparity;
   disparity_.diffuse(terms * displacement_covariance * terms.transpose());
   return shown;

@@ -127,12 +127,13 @@ ImageDisplacement::Covariance RightCamera::displacement_information(const RightI
   return (variance_px2.array() + kLeastVariance_px2).inverse().matrix().asDiagonal();
 }
 
-std::optional<Remeasurement> RightCamera::test_disparities(const SharedDisparityError& shown) {
+std::optional<Remeasurement> RightCamera::test_disparities(const std::optional<SharedDisparityError>& shown) {
   constexpr double kKnown_px2 = 1.0;
-  disparities_tested_ = shown.covariance_px2(0, 0) < kKnown_px2;
-  if (!shown.is_clear()) return std::nullopt;
+  --disparity_tests_left_;
+  disparities_tested_ = shown && shown->covariance_px2(0, 0) < kKnown_px2;
+  if (!shown || !shown->is_clear()) return std::nullopt;
   const RectificationResidual before = geometry(image_);
-  rectification_.begin_displaced(shown.displacement_px, shown.covariance_px2);
+  rectification_.begin_displaced(shown->displacement_px, shown->covariance_px2);
   return Remeasurement{before, geometry(image_)};
 }
 

@@ -94,15 +94,18 @@ class RightCamera {
   [[nodiscard]] RigVelocity velocity_at_exposure(const RigVelocity& measured) const;
   /// Sets the translation of a right image whose velocity is known to that of the motion to its frame.
   [[nodiscard]] Remeasurement move_with(const RigVelocity& measured, RightImageState& image) const;
-  /// Whether a motion has already shown whether the disparities have a large error.
-  [[nodiscard]] bool disparities_tested() const noexcept { return disparities_tested_; }
+  /// Whether the next motion is to show whether the disparities have a large error: until one has told, but
+  /// not by frames before the first `motion_known`, which were lost; and at most ten times.
+  [[nodiscard]] bool tests_disparities(bool motion_known) const noexcept {
+    return disparity_tests_left_ > 0 && !(motion_known && disparities_tested_);
+  }
   [[nodiscard]] bool learns() const noexcept { return settings_.enabled; }
 
   // What was seen. What was measured in the last frame follows the Remeasurement.
 
-  /// Tests the disparities by the error that a motion shows, and takes the error if it is clear: it was there
-  /// from the start. Nothing if it is not.
-  std::optional<Remeasurement> test_disparities(const SharedDisparityError& shown);
+  /// Tests the disparities by the error that a motion shows, if it shows one, and takes the error if it is
+  /// clear: it was there from the start. Nothing if it is not.
+  std::optional<Remeasurement> test_disparities(const std::optional<SharedDisparityError>& shown);
   /// Takes the right image of a frame as it was measured, and learns from its displacement how the rig
   /// vibrates; `left` is what the landmarks show of it besides.
   void take(const RightImageState& image, const std::optional<DisplacementEstimate>& left);
@@ -178,7 +181,8 @@ class RightCamera {
   int surprises_ = 0;
   std::optional<RigVelocity> keyframe_velocity_;  // when the last keyframe was exposed
   bool came_to_rest_ = false;                     // at the last keyframe, after a displacement
-  bool disparities_tested_ = false;
+  bool disparities_tested_ = false;               // a motion told whether they have a large error
+  int disparity_tests_left_ = 10;
   int unmeasured_frames_ = 0;  // in a row
 };
 

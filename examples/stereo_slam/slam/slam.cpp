@@ -106,7 +106,7 @@ void Slam::find_first_velocity(const FrameImages& images, StageClock& clock) {
 /// left images show. A small displacement is left to the motions to come.
 void Slam::find_first_displacement(const FrameImages& images) {
   if (!right_camera_.learns() || right_camera_.is_late()) return;
-  if (motion_.known() && right_camera_.disparities_tested()) return;
+  if (!right_camera_.tests_disparities(motion_.known())) return;
   constexpr double kTells = 0.1;  // baselines, in a frame: it moves a point by a tenth of its disparity
   const StereoCamera& camera = right_camera_.camera();
   const auto velocity = motion_.velocity();
@@ -122,7 +122,7 @@ void Slam::find_first_displacement(const FrameImages& images) {
   }
   const auto error =
       find_shared_disparity_error(previous, current_px, camera, settings_.odometry.pixel_sigma_px);
-  const auto change = error ? right_camera_.test_disparities(*error) : std::nullopt;
+  const auto change = right_camera_.test_disparities(error);
   if (!change) return;
   tracks_.remeasure(*change);
   local_map_.remeasure(*change);

@@ -10,25 +10,6 @@
 namespace stereo_slam {
 namespace {
 
-/// As large as those of public recordings.
-RectificationResidual::Coefficients planted() {
-  RectificationResidual::Coefficients c;
-  c << 0.2, -0.3, 0.1, 0.8, 0.0, -0.1, -0.4, 0.1, 0.2, 0.0,  //
-      -0.2, 0.2, 0.1, -0.1, 1.4, 0.1, 0.1, -0.3, 0.1, 0.2;
-  return c;
-}
-
-TEST_CASE("Measuring a point inverts its right position", "[stereo_slam][rectification]") {
-  std::mt19937_64 random(1);
-  const RectificationResidual residual(test::kitti_camera(), planted());
-  for (int i = 0; i < 20; ++i) {
-    const StereoPoint z = test::random_measurement(random, test::kitti_camera(), 5.0, 80.0);
-    const auto measured = residual.measure(residual.left_position(z), residual.right_position(z));
-    CHECK((measured.z - z).norm() < 1e-12);
-    CHECK(std::abs(measured.row_error_px) < 1e-12);
-  }
-}
-
 const Pose kDriven = test::car_motion(2.5);
 
 /// One keyframe of the estimator's life: points measured at its beginning and at its end, with the planted
@@ -79,7 +60,7 @@ MotionEvidence drive(RectificationEstimator& estimator, std::mt19937_64& random,
 TEST_CASE("An offset of the right image is estimated while driving", "[stereo_slam][rectification]") {
   std::mt19937_64 random(2);
   const StereoCamera camera = test::kitti_camera();
-  const RectificationResidual truth(camera, planted());
+  const RectificationResidual truth(camera, test::planted_rectification());
   RectificationEstimator estimator(camera, {});
   for (int keyframe = 0; keyframe < 40; ++keyframe) (void)drive(estimator, random, truth, 0.2);
   // What counts is the offset over the image, not the coefficients.
@@ -102,7 +83,7 @@ TEST_CASE("The error of both lenses is estimated while driving", "[stereo_slam][
   std::mt19937_64 random(4);
   const StereoCamera camera = test::kitti_camera();
   const LensResidual::Coefficients lens(-13.0, 7.0);
-  const RectificationResidual truth(camera, planted(), lens);
+  const RectificationResidual truth(camera, test::planted_rectification(), lens);
   RectificationEstimator estimator(camera, {});
   for (int keyframe = 0; keyframe < 40; ++keyframe) (void)drive(estimator, random, truth, 0.2);
   const LensEstimate found = estimator.lens_error();
@@ -135,7 +116,7 @@ TEST_CASE("Little is learned of the disparity offset where the rows show an exac
   RectificationEstimator exact(test::kitti_camera(), {});
   RectificationEstimator wrong(test::kitti_camera(), {});
   (void)drive(exact, random, RectificationResidual(test::kitti_camera()), 0.2);
-  (void)drive(wrong, random, RectificationResidual(test::kitti_camera(), planted()), 0.2);
+  (void)drive(wrong, random, RectificationResidual(test::kitti_camera(), test::planted_rectification()), 0.2);
   CHECK(exact.current().rms_offset_px().x() < 0.05);
   CHECK(exact.scale_sigma() < wrong.scale_sigma());  // the narrower prior
 }
@@ -224,28 +205,10 @@ TEST_CASE("Rows are not learned anew from pairs that do not agree, nor if they a
   CHECK(estimator.current().coefficients().isZero());
 }
 
-TEST_CASE("The root mean square of an offset is that of its values over the image",
-          "[stereo_slam][rectification]") {
-  StereoCamera camera = test::kitti_camera();
-  camera.cx = 0.5 * camera.width_px;
-  camera.cy = 0.5 * camera.height_px;
-  const RectificationResidual residual(camera, planted());
-  Vector2<double> sum = Vector2<double>::Zero();
-  constexpr int kSteps = 200;
-  for (int i = 0; i < kSteps; ++i) {
-    for (int j = 0; j < kSteps; ++j) {
-      const Vector2<double> px((i + 0.5) / kSteps * camera.width_px, (j + 0.5) / kSteps * camera.height_px);
-      sum += (residual.coefficients() * residual.basis(px)).cwiseAbs2();
-    }
-  }
-  const Vector2<double> expected = (sum / (kSteps * kSteps)).cwiseSqrt();
-  CHECK((residual.rms_offset_px() - expected).norm() < 1e-3);
-}
-
 TEST_CASE("The reported uncertainty of lengths decreases with the distance driven",
           "[stereo_slam][rectification]") {
   std::mt19937_64 random(6);
-  const RectificationResidual truth(test::kitti_camera(), planted());
+  const RectificationResidual truth(test::kitti_camera(), test::planted_rectification());
   RectificationEstimator estimator(test::kitti_camera(), {});
   (void)drive(estimator, random, truth, 0.2);
   const double first = estimator.scale_sigma();
@@ -257,7 +220,7 @@ TEST_CASE("The reported uncertainty of lengths decreases with the distance drive
 TEST_CASE("The error of the scale that all motions share can be left out of their covariances",
           "[stereo_slam][rectification]") {
   std::mt19937_64 random(8);
-  const RectificationResidual truth(test::kitti_camera(), planted());
+  const RectificationResidual truth(test::kitti_camera(), test::planted_rectification());
   RectificationEstimator estimator(test::kitti_camera(), {});
   MotionEvidence effect;
   for (int keyframe = 0; keyframe < 10; ++keyframe) effect = drive(estimator, random, truth, 0.2);
@@ -327,7 +290,7 @@ TEST_CASE("What was learned of the same cameras is kept, and of others it is dro
   constexpr double kNoise_px = 0.05;  // so that ten motions tell the lenses
   const StereoCamera camera = test::kitti_camera();
   const LensResidual::Coefficients lens(-13.0, 7.0);
-  const RectificationResidual same(camera, planted(), lens);
+  const RectificationResidual same(camera, test::planted_rectification(), lens);
   std::mt19937_64 random(12);
   RectificationEstimator first(camera, {});
   for (int keyframe = 0; keyframe < 10; ++keyframe) (void)drive(first, random, same, kNoise_px);
@@ -341,7 +304,7 @@ TEST_CASE("What was learned of the same cameras is kept, and of others it is dro
   CHECK_FALSE(kept.dropped_learned());
   CHECK(kept.lens_error().sigma[0] < first.lens_error().sigma[0]);
 
-  RectificationResidual::Coefficients turned = planted();
+  RectificationResidual::Coefficients turned = test::planted_rectification();
   turned(0, 0) += 0.7;
   turned(1, 0) -= 0.7;
   const auto drifted = second_run(RectificationResidual(camera, turned, lens));
@@ -350,7 +313,7 @@ TEST_CASE("What was learned of the same cameras is kept, and of others it is dro
 
   CHECK(second_run(RectificationResidual(camera)).contradicts_learned());
   // Other lenses do not show in the rows.
-  const auto other_lens = second_run(RectificationResidual(camera, planted()));
+  const auto other_lens = second_run(RectificationResidual(camera, test::planted_rectification()));
   CHECK_FALSE(other_lens.contradicts_learned());
   CHECK(other_lens.dropped_learned());
   CHECK(std::abs(other_lens.lens_error().k[0]) < 4.0 * other_lens.lens_error().sigma[0]);
@@ -360,7 +323,7 @@ TEST_CASE("A resumed estimator gives the same estimates as one that never stoppe
           "[stereo_slam][rectification]") {
   std::mt19937_64 random(4);
   const StereoCamera camera = test::kitti_camera();
-  const RectificationResidual truth(camera, planted());
+  const RectificationResidual truth(camera, test::planted_rectification());
   RectificationEstimator estimator(camera, {});
   for (int keyframe = 0; keyframe < 3; ++keyframe) (void)drive(estimator, random, truth, 0.2);
   auto resumed = RectificationEstimator::resumed(camera, {}, estimator.estimate());

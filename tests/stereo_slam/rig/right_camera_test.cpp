@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/rig/right_camera.hpp"
 
+#include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include "stereo_slam/support/scenes.hpp"
@@ -53,6 +55,31 @@ TEST_CASE("A rig that is not learned reports nothing, and stays as calibrated", 
   CHECK_FALSE(summary.refused_learned);
   CHECK(summary.right_image_displacement_px == 0.0);
   CHECK(right.calibration_error({}).scale_sigma == 0.0);
+}
+
+TEST_CASE("A clear error of the disparities at the start is taken, and then not tested again",
+          "[stereo_slam][rig]") {
+  RightCamera right(test::kitti_camera(), {});
+  const SharedDisparityError shown{{2.0, 0.0}, 0.01 * Matrix2<double>::Identity()};
+  CHECK(right.tests_disparities(true));
+  const auto change = right.test_disparities(shown);
+  REQUIRE(change);
+  const StereoPoint z(600.0, 180.0, 12.0);  // near the centre; its right image was 2 px too far right
+  CHECK(std::abs(change->of(z.head<2>(), z).z() - 14.0) < 0.05);
+  CHECK_FALSE(right.tests_disparities(true));
+  CHECK(right.tests_disparities(false));  // a frame that is lost after it: its image may be displaced as well
+}
+
+TEST_CASE("Motions that do not tell of the disparities change nothing, and are asked ten times",
+          "[stereo_slam][rig]") {
+  RightCamera right(test::kitti_camera(), {});
+  const SharedDisparityError unclear{{2.0, 1.0}, 4.0 * Matrix2<double>::Identity()};
+  for (int i = 0; i < 10; ++i) {
+    CHECK(right.tests_disparities(true));
+    CHECK_FALSE(right.test_disparities(i % 2 == 0 ? std::nullopt : std::optional(unclear)));
+  }
+  CHECK_FALSE(right.tests_disparities(true));
+  CHECK_FALSE(right.tests_disparities(false));
 }
 
 TEST_CASE("A rig that is learned hands on what the next run can begin with", "[stereo_slam][rig]") {
