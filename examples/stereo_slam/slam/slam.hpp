@@ -35,9 +35,10 @@ namespace stereo_slam {
 /// The stereo SLAM. Its steps are those of the DQV-SLAM paper's Fig. 2.
 ///
 /// The state of the filter is the pose of the camera relative to a reference keyframe, with a Gaussian error:
-/// a closed-form prediction, and antipode::quadratic_update with 57 points. Landmarks are relative to the
-/// keyframe too. They are found in a frame by aligning patches of the keyframe's image. Loop closing corrects
-/// the poses of keyframes. Runs on OpenCV's threads and, if asked for, on one of its own for loop closing.
+/// a closed-form prediction, and antipode::quadratic_update with 57 points (preset `fast`:
+/// antipode::robust_least_squares). Landmarks are relative to the keyframe too. They are found in a frame by
+/// aligning patches of the keyframe's image. Loop closing corrects the poses of keyframes. Runs on OpenCV's
+/// threads and, if asked for, on one of its own for loop closing.
 /// With `--preset odometry` the landmarks are searched, but do not correct the pose: a baseline for the
 /// filter.
 class Slam final : public SlamSystem {
@@ -163,7 +164,7 @@ class Slam final : public SlamSystem {
   PointTracks tracks_;           // the points that the odometry follows
   MotionModel motion_;           // the motion that is expected of the next frame
   RightCamera right_camera_;     // rectification error, and whether right images fit
-  Path path_;                    // poses of keyframes and frames, loops, landmarks in world coordinates
+  Path path_;                    // poses of keyframes and frames, loops, the landmarks of a loaded map
   PreviousFrame previous_;       // pyramids of the last measured frame, and whether it was lost
 };
 
