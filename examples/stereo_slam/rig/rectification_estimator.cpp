@@ -145,6 +145,7 @@ void RectificationEstimator::add_rows(std::span<const StereoMeasurement> matches
     rows_.information += weight * terms * terms.transpose();
     rows_.vector += weight * offset * terms;
   }
+  coefficients_.row(1) = rows_.mean().transpose();
 }
 
 void RectificationEstimator::add_delay(std::span<const StereoMeasurement> matches,

@@ -70,7 +70,8 @@ class RectificationEstimator {
   /// dropped then.
   [[nodiscard]] bool dropped_learned() const noexcept { return disparity_.dropped_learned(); }
 
-  /// Stereo matches of one frame, measured with current().
+  /// Stereo matches of one frame, measured with current(). The rows of the next frames are seen with what
+  /// they tell; the prior of the disparity offset follows with advance().
   void add_rows(std::span<const StereoMeasurement> matches);
 
   /// Adds what the same matches tell of a delay of the right images: measured with current() and the delay in
