@@ -87,6 +87,11 @@ class RightCamera {
   /// Whether the right images of frames may be displaced: the rig vibrates, or they are late, and the
   /// velocity at their exposure is not exactly known.
   [[nodiscard]] bool may_be_displaced() const { return vibration_.present() || is_late(); }
+  /// Whether the displacement that the landmarks of a frame show is too large for the rig as it was so far: a
+  /// knock, or the first frame of a vibration.
+  [[nodiscard]] bool is_surprised_by(const DisplacementEstimate& shown) const {
+    return vibration_.is_surprised_by(shown);
+  }
   /// Information of the displacement of such a frame besides what its landmarks show; its mean is zero.
   [[nodiscard]] ImageDisplacement::Covariance displacement_information(const RightImageState& image) const;
   /// The velocity when the right image of a frame was exposed, if the motion to this frame had the velocity

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "stereo_slam/rig/displacement_estimation.hpp"
 #include "stereo_slam/rig/image_displacement.hpp"
 
 namespace stereo_slam {
@@ -32,6 +33,15 @@ class Vibration {
 
   /// Whether the displacements are larger than those that the errors of lenses leave to a rigid rig.
   [[nodiscard]] bool present() const noexcept { return present_; }
+
+  /// Whether the displacement that the landmarks of a frame show is five standard deviations from those of
+  /// the frames before, in one of its first three coefficients: that of its noise, and the usual one of this
+  /// rig.
+  [[nodiscard]] bool is_surprised_by(const DisplacementEstimate& shown) const {
+    constexpr double kClear2 = 25.0;
+    const ImageDisplacement::Coefficients usual_px2 = shown.covariance.diagonal() + mean_square_;
+    return (shown.change.cwiseAbs2() - kClear2 * usual_px2).head<ImageDisplacement::kSeen>().maxCoeff() > 0.0;
+  }
 
   /// The displacement at which the right image has come to rest after it was displaced, if the last 60 frames
   /// agree on one: the right camera was turned, or moved.

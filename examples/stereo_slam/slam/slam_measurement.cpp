@@ -20,17 +20,23 @@
 namespace stereo_slam {
 namespace {
 
-/// Whether the right image of a frame may be displaced that was measured as if it were not, with
-/// `usual_matches` in the frame before.
-[[nodiscard]] bool may_be_displaced(const FrameMeasurement& measured, std::size_t usual_matches) {
-  constexpr double kSurprise_px = 0.5;  // three times the rms of rigid rigs; see Vibration
-  if (!measured.right.monitor.fits() || !measured.odometry.valid || !measured.displacement_left) return true;
-  if (2 * measured.matches.size() < usual_matches) return true;
-  return measured.displacement_left->change.head<3>().cwiseAbs().maxCoeff() > kSurprise_px;
+/// Whether the landmarks of a frame show a displacement of its right image that is new.
+[[nodiscard]] bool shows_displacement(const FrameMeasurement& measured, const RightCamera& rig) {
+  return measured.displacement_left && rig.is_surprised_by(*measured.displacement_left);
 }
 
-/// Whether a frame fits better if its right image is displaced.
-[[nodiscard]] bool is_better(const FrameMeasurement& displaced, const FrameMeasurement& undisplaced) {
+/// Whether the right image of a frame may be displaced that was measured as if it were not, with
+/// `usual_matches` in the frame before.
+[[nodiscard]] bool may_be_displaced(const FrameMeasurement& measured, std::size_t usual_matches,
+                                    const RightCamera& rig) {
+  if (!measured.right.monitor.fits() || !measured.odometry.valid || !measured.displacement_left) return true;
+  return 2 * measured.matches.size() < usual_matches || shows_displacement(measured, rig);
+}
+
+/// Whether a frame fits better if its right image is displaced: the displacement explains what the landmarks
+/// show, or more of them are found.
+[[nodiscard]] bool is_better(const FrameMeasurement& displaced, const FrameMeasurement& undisplaced,
+                             const RightCamera& rig) {
   constexpr double kMore = 1.2;  // by chance as many landmarks may be found, or a few more
   const auto fits = [](const FrameMeasurement& measured) {
     return measured.right.monitor.fits() && !measured.right.is_ignored();
@@ -39,7 +45,9 @@ namespace {
     return static_cast<double>(measured.matches.size());
   };
   if (!fits(displaced)) return false;
-  return !fits(undisplaced) || matches(displaced) > kMore * matches(undisplaced);
+  if (!fits(undisplaced) || matches(displaced) > kMore * matches(undisplaced)) return true;
+  return shows_displacement(undisplaced, rig) && displaced.displacement_left &&
+         !shows_displacement(displaced, rig);
 }
 
 /// The right image with a displacement, if one was found.
@@ -62,12 +70,12 @@ FrameMeasurement Slam::measure(const FrameImages& images, AssociationTrace* trac
   if (right_camera_.may_be_displaced())
     return measure(images, displaced(right, displacement_in(images, right)), trace, clock);
   FrameMeasurement undisplaced = measure(images, SearchedRightImage{right}, trace, clock);
-  if (!may_be_displaced(undisplaced, previous_.matches)) return undisplaced;
+  if (!may_be_displaced(undisplaced, previous_.matches, right_camera_)) return undisplaced;
   constexpr int kEnoughToBegin = 30;  // fewer may agree by chance
   const auto displacement = displacement_in(images, right);
   if (!displacement || displacement->agreeing < kEnoughToBegin) return undisplaced;
   FrameMeasurement measured = measure(images, displaced(right, displacement), trace, clock);
-  return is_better(measured, undisplaced) ? measured : undisplaced;
+  return is_better(measured, undisplaced, right_camera_) ? measured : undisplaced;
 }
 
 /// The right image of a frame before it is measured. If it is late, the motion in the left images tells the

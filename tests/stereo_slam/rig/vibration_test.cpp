@@ -35,6 +35,31 @@ TEST_CASE("A vibration is noticed within some frames, and ends", "[stereo_slam][
   CHECK_FALSE(vibration.present());
 }
 
+TEST_CASE("A displacement surprises that is five sigma of its noise and of what is usual for the rig",
+          "[stereo_slam][slam]") {
+  const int term = GENERATE(0, 1, 2);
+  DisplacementEstimate shown;
+  shown.covariance = 0.05 * 0.05 * ImageDisplacement::Covariance::Identity();
+  const auto surprises = [&](const Vibration& rig, double displacement_px) {
+    shown.change.setZero();
+    shown.change[term] = displacement_px;
+    return rig.is_surprised_by(shown);
+  };
+  Vibration rig;
+  CHECK_FALSE(surprises(rig, 0.24));
+  CHECK(surprises(rig, -0.26));
+  for (int i = 0; i < 60; ++i) rig.add(ImageDisplacement::Coefficients::Constant(i % 2 == 0 ? 0.12 : -0.12));
+  CHECK_FALSE(surprises(rig, 0.6));  // .65 px: five times .13, the root of .05^2 + .12^2
+  CHECK(surprises(rig, 0.7));
+}
+
+TEST_CASE("Only the displacements that are seen well can surprise", "[stereo_slam][slam]") {
+  DisplacementEstimate shown;
+  shown.covariance = 0.05 * 0.05 * ImageDisplacement::Covariance::Identity();
+  shown.change[3] = shown.change[4] = 5.0;
+  CHECK_FALSE(Vibration().is_surprised_by(shown));
+}
+
 TEST_CASE("A right image that rests at another place has been turned", "[stereo_slam][slam]") {
   Vibration vibration;
   vibration.begin();

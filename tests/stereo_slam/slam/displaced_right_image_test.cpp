@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <random>
 #include <utility>
 
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "stereo_slam/dataset/sequence.hpp"
 #include "stereo_slam/settings/presets.hpp"
@@ -29,15 +29,15 @@ namespace {
 }
 
 /// The image moved to the right and down; its border is repeated.
-[[nodiscard]] cv::Mat moved(const cv::Mat& image, int columns, int rows) {
-  const int margin = std::max(std::abs(columns), std::abs(rows));
-  cv::Mat wide;
-  cv::copyMakeBorder(image, wide, margin, margin, margin, margin, cv::BORDER_REPLICATE);
-  return wide(cv::Rect({margin - columns, margin - rows}, image.size())).clone();
+[[nodiscard]] cv::Mat moved(const cv::Mat& image, double columns, double rows) {
+  const cv::Matx23d shift(1.0, 0.0, columns, 0.0, 1.0, rows);
+  cv::Mat result;
+  cv::warpAffine(image, result, shift, image.size(), cv::INTER_CUBIC, cv::BORDER_REPLICATE);
+  return result;
 }
 
 /// Tracks frame i of the street with the right image moved to the right and down.
-FrameResult process(Slam& slam, std::size_t i, int columns, int rows) {
+FrameResult process(Slam& slam, std::size_t i, double columns, double rows) {
   StereoFrame frame = load_frame(long_street().sequence, i);
   frame.right = moved(frame.right, columns, rows);
   return slam.process(frame);
@@ -70,13 +70,14 @@ TEST_CASE("A right camera that turns in mid-drive is measured at once, and the t
           "[stereo_slam][slam][rectification]") {
   const test::RenderedDrive& drive = long_street();
   constexpr std::size_t kTurn = 4;
-  const auto [columns, rows] = GENERATE(std::pair{2, 0}, std::pair{0, 2}, std::pair{-1, 4});
+  const auto [columns, rows] =
+      GENERATE(std::pair{2.0, 0.0}, std::pair{0.0, 2.0}, std::pair{-1.0, 4.0}, std::pair{0.5, 0.0});
   CAPTURE(columns, rows);
   Slam slam(drive.sequence.camera, Settings{});
   int noticed = 0;
   for (std::size_t i = 0; i < drive.sequence.frames.size(); ++i) {
     const bool turned = i >= kTurn;
-    const auto result = process(slam, i, turned ? columns : 0, turned ? rows : 0);
+    const auto result = process(slam, i, turned ? columns : 0.0, turned ? rows : 0.0);
     CAPTURE(i);
     if (result.weak.right_camera_turned) {
       ++noticed;
