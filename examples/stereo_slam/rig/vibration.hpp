@@ -44,7 +44,7 @@ class Vibration {
   }
 
   /// The displacement at which the right image has come to rest after it was displaced, if the last 60 frames
-  /// agree on one: the right camera was turned, or moved.
+  /// agree on one that is larger than those of rigid rigs: the right camera was turned, or moved.
   [[nodiscard]] std::optional<ImageDisplacement::Coefficients> rest() const {
     if (!present_ || last_.size() < kRest) return std::nullopt;
     ImageDisplacement::Coefficients mean = ImageDisplacement::Coefficients::Zero();
@@ -52,7 +52,10 @@ class Vibration {
     ImageDisplacement::Coefficients variance = ImageDisplacement::Coefficients::Zero();
     for (const auto& displacement : last_)
       variance += (displacement - mean).cwiseAbs2() / static_cast<double>(kRest);
-    if (variance.head<ImageDisplacement::kSeen>().maxCoeff() > kEnds_px2) return std::nullopt;
+    const auto largest = [](const ImageDisplacement::Coefficients& square_px2) {
+      return square_px2.head<ImageDisplacement::kSeen>().maxCoeff();
+    };
+    if (largest(variance) > kEnds_px2 || largest(mean.cwiseAbs2()) < kEnds_px2) return std::nullopt;
     return mean;
   }
 

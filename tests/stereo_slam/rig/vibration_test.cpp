@@ -60,6 +60,18 @@ TEST_CASE("Only the displacements that are seen well can surprise", "[stereo_sla
   CHECK_FALSE(Vibration().is_surprised_by(shown));
 }
 
+TEST_CASE("A right image that comes back to its place has not been turned", "[stereo_slam][slam]") {
+  Vibration vibration;
+  vibration.begin();
+  for (int i = 0; i < 40; ++i) vibration.add(ImageDisplacement::Coefficients::Constant(0.1));
+  CHECK(vibration.present());
+  for (int i = 0; i < 60; ++i) {
+    vibration.add(ImageDisplacement::Coefficients::Constant(0.1));
+    CHECK_FALSE(vibration.rest());
+  }
+  CHECK_FALSE(vibration.present());
+}
+
 TEST_CASE("A right image that rests at another place has been turned", "[stereo_slam][slam]") {
   Vibration vibration;
   vibration.begin();
