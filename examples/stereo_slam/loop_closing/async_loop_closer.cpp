@@ -9,7 +9,7 @@
 #include <limits>
 #include <utility>
 
-#include "stereo_slam/core/thread_priority.hpp"
+#include "stereo_slam/core/parallel.hpp"
 
 namespace stereo_slam {
 struct AsyncLoopCloser::State {

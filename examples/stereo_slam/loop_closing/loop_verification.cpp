@@ -120,7 +120,7 @@ LoopVerification verify_loop(const Keyframe& old_keyframe, const Keyframe& new_k
   adjustment.ransac_iterations = kRefinementDraws;
   adjustment.min_inliers = settings.min_inliers;
   adjustment.pixel_sigma_px = settings.pixel_sigma_px;
-  const auto motion = estimate_motion({correspondences(old_keyframe, new_keyframe, guided)}, camera, {*rough},
+  const auto motion = estimate_motion(correspondences(old_keyframe, new_keyframe, guided), camera, {*rough},
                                       adjustment, random);
   result.loop.inliers = motion.inlier_count;
   if (!motion.valid || motion.inlier_count < settings.min_inliers) return result;

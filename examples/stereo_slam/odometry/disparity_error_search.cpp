@@ -11,7 +11,6 @@
 #include <antipode/geometry/quaternion.hpp>
 
 #include "stereo_slam/core/pixel_noise.hpp"
-#include "stereo_slam/core/robust_loss.hpp"
 #include "stereo_slam/odometry/motion_in_left.hpp"
 
 namespace stereo_slam {

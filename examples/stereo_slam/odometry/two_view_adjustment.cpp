@@ -11,7 +11,7 @@
 #include <antipode/geometry/chart.hpp>
 #include <antipode/geometry/quaternion.hpp>
 
-#include "stereo_slam/core/robust_loss.hpp"
+#include "stereo_slam/core/pixel_noise.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -47,64 +47,47 @@ struct Linearization {
   return R + l.J_point * R * l.J_point.transpose();
 }
 
-/// The correspondences of an adjustment, with the covariance of each measurement, and the inverse of that of
-/// each innovation at the initial motion.
-struct Problem {
-  std::span<const StereoCorrespondence> correspondences;
-  const StereoCamera& camera;
-  const std::vector<Matrix3<double>>& R;
-  const std::vector<Matrix3<double>>& S_inverse;
-  const std::vector<std::uint8_t>& is_used;
-};
-
-/// The motion at which the covariances of the innovations are computed.
-enum class CovarianceAt {
-  kInitial,   ///< once; the initial motion is nearly always close enough
-  kEstimate,  ///< anew in each step
-};
-
 /// The correspondences as measurements of the motion. The points in between are eliminated: each is where it
 /// fits best at the motion of the last evaluation.
-class EliminatedPoints {
- public:
-  explicit EliminatedPoints(const Problem& problem) : problem_(&problem) {
-    points_.reserve(problem.correspondences.size());
-    for (const auto& c : problem.correspondences) points_.push_back(c.previous);
-  }
-  void compute_covariances(CovarianceAt at) { covariance_at_ = at; }
+struct EliminatedPoints {
+  std::span<const StereoCorrespondence> correspondences;
+  const StereoCamera& camera;
+  const std::vector<Matrix3<double>>& R;          // of each measurement
+  const std::vector<Matrix3<double>>& S_inverse;  // of each innovation, at the initial motion
+  const std::vector<std::uint8_t>& is_used;
+  std::vector<StereoPoint>& points;  // in the previous frame
+  /// Whether the covariances of the innovations are computed anew in each step. The initial motion is nearly
+  /// always close enough.
+  bool recomputes_S = false;
 
   template <class Sums>
   void operator()(const Pose& T_previous_current, Sums& sums) const {
-    const auto& [correspondences, camera, R, S_inverse, is_used] = *problem_;
     const Pose T_current_previous = T_previous_current.inverse();
-    for (std::size_t i = 0; i < points_.size(); ++i) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
       if (!is_used[i]) continue;
-      const auto l = linearize(correspondences[i], points_[i], T_current_previous, camera);
+      const auto l = linearize(correspondences[i], points[i], T_current_previous, camera);
       if (!l) continue;
       const Matrix3<double> information =
-          covariance_at_ == CovarianceAt::kInitial ? S_inverse[i] : innovation_covariance(*l, R[i]).inverse();
+          recomputes_S ? Matrix3<double>(innovation_covariance(*l, R[i]).inverse()) : S_inverse[i];
       sums.add(l->innovation, information, l->J_pose);
-      points_[i] = correspondences[i].previous + R[i] * l->J_point.transpose() * information * l->innovation;
-      points_[i].z() = std::max(points_[i].z(), kMinDisparity_px);
+      points[i] = correspondences[i].previous + R[i] * l->J_point.transpose() * information * l->innovation;
+      points[i].z() = std::max(points[i].z(), kMinDisparity_px);
     }
   }
-
- private:
-  const Problem* problem_;
-  CovarianceAt covariance_at_ = CovarianceAt::kInitial;
-  mutable std::vector<StereoPoint> points_;  // in the previous frame
 };
 
 }  // namespace
 
 TwoViewAdjustment::TwoViewAdjustment(std::span<const StereoCorrespondence> correspondences,
-                                     const StereoCamera& camera, const Pose& initial, const NoiseOf& noise)
+                                     const StereoCamera& camera, const Pose& initial, double sigma_px,
+                                     bool own_noise)
     : correspondences_(correspondences), camera_(camera) {
+  const Matrix3<double> equal_noise = stereo_pixel_covariance(sigma_px);
   const Pose T_current_previous = initial.inverse();
   R_.reserve(correspondences.size());
   S_inverse_.reserve(correspondences.size());
   for (const auto& c : correspondences) {
-    const Matrix3<double>& R = R_.emplace_back(noise(c));
+    const Matrix3<double>& R = R_.emplace_back(own_noise ? c.R.value_or(equal_noise) : equal_noise);
     const auto l = linearize(c, c.previous, T_current_previous, camera_);
     const Matrix3<double> S = l ? innovation_covariance(*l, R) : Matrix3<double>(2.0 * R);
     S_inverse_.push_back(S.inverse());
@@ -159,12 +142,14 @@ std::optional<PoseGaussian> TwoViewAdjustment::solve(const Pose& initial,
                                                       .covariance = antipode::CovarianceFrom::kResiduals,
                                                       .check_modes = false};
   using Poses = antipode::ScrewChart<double>;
-  const Problem problem{correspondences_, camera_, R_, S_inverse_, is_used};
-  EliminatedPoints points(problem);
-  auto fit = antipode::robust_least_squares<Poses>(initial, points, kOutlierLoss, options);
+  std::vector<StereoPoint> points;
+  points.reserve(correspondences_.size());
+  for (const auto& c : correspondences_) points.push_back(c.previous);
+  EliminatedPoints model{correspondences_, camera_, R_, S_inverse_, is_used, points};
+  auto fit = antipode::robust_least_squares<Poses>(initial, model, kOutlierLoss, options);
   if (fit.status == antipode::LeastSquaresStatus::kNotSettled) {
-    points.compute_covariances(CovarianceAt::kEstimate);
-    fit = antipode::robust_least_squares<Poses>(fit.state, points, kOutlierLoss, options);
+    model.recomputes_S = true;
+    fit = antipode::robust_least_squares<Poses>(fit.state, model, kOutlierLoss, options);
   }
   if (!fit.covariance.allFinite()) return std::nullopt;
   return PoseGaussian{fit.state, fit.covariance};

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -18,7 +17,7 @@ namespace stereo_slam {
 struct StereoCorrespondence {
   StereoPoint previous;
   StereoPoint current;
-  std::optional<Matrix3<double>> R = {};  ///< covariance of each measurement, px^2; else by the settings
+  std::optional<Matrix3<double>> R = {};  ///< covariance of each measurement, px^2; else that of all
   double static_evidence = 1.0;           ///< how much it tells of the camera, as multiples of a new point
 };
 
@@ -40,11 +39,9 @@ struct StereoCorrespondence {
 /// noise, they are computed anew in each step. Keeps references to the correspondences and the camera.
 class TwoViewAdjustment {
  public:
-  /// Covariance of each of the two measurements of a point, px^2.
-  using NoiseOf = std::function<Matrix3<double>(const StereoCorrespondence&)>;
-
+  /// Measurements have the noise `sigma_px`; if `own_noise`, those with a covariance have that.
   TwoViewAdjustment(std::span<const StereoCorrespondence> correspondences, const StereoCamera& camera,
-                    const Pose& initial, const NoiseOf& noise);
+                    const Pose& initial, double sigma_px, bool own_noise = true);
 
   /// The motion that three correspondences give, by Gauss-Newton steps from `initial`. The points are taken
   /// as measured in the previous frame. Nothing if the three do not determine the motion.

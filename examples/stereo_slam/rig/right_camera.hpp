@@ -14,7 +14,6 @@
 #include "stereo_slam/rig/rectification_estimator.hpp"
 #include "stereo_slam/rig/right_image_monitor.hpp"
 #include "stereo_slam/rig/seen_motion.hpp"
-#include "stereo_slam/rig/shared_disparity_error.hpp"
 #include "stereo_slam/rig/stereo_view.hpp"
 #include "stereo_slam/rig/vibration.hpp"
 #include "stereo_slam/settings/settings.hpp"
