@@ -2,7 +2,6 @@
 #include "stereo_slam/slam/path.hpp"
 
 #include <stdexcept>
-#include <utility>
 
 #include "stereo_slam/core/pose_estimate.hpp"
 
@@ -10,7 +9,7 @@ namespace stereo_slam {
 
 Path::Path(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread,
            const SavedMap& loaded, MapUse use)
-    : loops_(std::in_place, camera, settings, loop_thread, loaded, use) {
+    : loops_(std::make_unique<AsyncLoopCloser>(camera, settings, loop_thread, loaded, use)) {
   if (loaded.keyframes.empty()) return;
   segment_ = SegmentState::in_loaded_map();
   global_map_ = GlobalMap(loaded);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -90,7 +91,7 @@ class Path {
   }
 
   /// Whether loops are searched for.
-  [[nodiscard]] bool has_loops() const noexcept { return loops_.has_value(); }
+  [[nodiscard]] bool has_loops() const noexcept { return loops_ != nullptr; }
   /// The loops so far; empty without loop closing.
   [[nodiscard]] std::vector<LoopEvent> loop_events() const;
   /// The same without waiting: nothing while the loop-closing thread works.
@@ -108,7 +109,7 @@ class Path {
   KeyframeTrajectory trajectory_;
   SegmentState segment_;
   GlobalMap global_map_;
-  std::optional<AsyncLoopCloser> loops_;
+  std::unique_ptr<AsyncLoopCloser> loops_;
 };
 
 }  // namespace stereo_slam

@@ -36,10 +36,10 @@ std::optional<PoseGaussian> recognise_keyframe(const Keyframe& keyframe, const P
   Keyframe seen;
   seen.points = keyframe_points(points, {});
   const auto verified = verify_loop(keyframe, seen, view.camera, rule, settings.seed + view.frame.index);
-  if (verified.check != LoopCheck::kVerified) return std::nullopt;
+  if (!verified) return std::nullopt;
 
   const MapView map{source.landmarks, view.camera};
-  const PoseGaussian& rough = verified.loop.T_old_new;
+  const PoseGaussian& rough = verified->T_old_new;
   const PoseGaussian prior{rough.pose, kRecognisedScale * rough.covariance};
   PoseGaussian expected = prior;
   for (int round = 0; round < kRounds; ++round) {
