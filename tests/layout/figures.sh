@@ -9,7 +9,7 @@ algorithm=(core rig frontend odometry local_map keyframes tracking loop_closing 
 lines() { git ls-files -- "$@" | grep -E '\.(hpp|cpp)$' | xargs cat | wc -l; }
 
 echo "settings: $(grep -c '\.add(' settings/schema.cpp)"
-echo "members of Slam: $(grep -cE '^  [A-Z]\w+ \w+_;' slam/slam.hpp)"
+echo "members of Slam and its base: $(cat slam/slam.hpp slam/slam_system.hpp | grep -cE '^  [A-Z]\w+ \w+_;')"
 echo "lines of the algorithm: $(lines "${algorithm[@]}")"
 echo "lines of the SLAM: $(lines .)"
 echo "lines of the library: $(cd ../.. && lines include)"

@@ -17,13 +17,6 @@ bool PreviousFrame::repeated_by(const StereoFrame& frame) const {
   return true;
 }
 
-FrameResult empty_result(const StereoFrame& frame) {
-  FrameResult result;
-  result.index = frame.index;
-  result.stamp_ns = frame.stamp_ns;
-  return result;
-}
-
 FrameImages prepare_images(const StereoFrame& frame, PyramidSides sides, PreviousFrame& previous) {
   StereoPyramid pyramids = build_pyramids(frame, sides, std::move(previous.before));
   StereoPyramid flow_pyramids =

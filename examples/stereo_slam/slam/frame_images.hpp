@@ -42,9 +42,6 @@ struct FrameImages {
   StereoFeatures features = {};  ///< of the whole images, if landmarks are matched by descriptors
 };
 
-/// The result of a frame of which nothing is known yet.
-[[nodiscard]] FrameResult empty_result(const StereoFrame& frame);
-
 /// Builds the pyramids of a frame, in the memory of previous.before. `features` stays empty.
 [[nodiscard]] FrameImages prepare_images(const StereoFrame& frame, PyramidSides sides,
                                          PreviousFrame& previous);

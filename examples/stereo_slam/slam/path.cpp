@@ -74,16 +74,6 @@ PoseGaussian Path::in_world(const PoseGaussian& T_keyframe_camera, const Calibra
   return with_calibration_error(T_world_camera.with_common_error(error.common_error_rad), error);
 }
 
-std::vector<LoopEvent> Path::loop_events() const {
-  return loops_ ? loops_->events() : std::vector<LoopEvent>{};
-}
-
-std::optional<std::span<const LoopEvent>> Path::loop_events_if_idle() const {
-  return loops_ ? loops_->events_if_idle() : std::span<const LoopEvent>{};
-}
-
-std::size_t Path::keyframe_memory_bytes() const { return loops_ ? loops_->memory_bytes() : 0; }
-
 void Path::save(const LocalMap& local_map, SavedMap& map) const {
   if (!loops_) throw std::logic_error("a map without loop closure has no keyframes to save");
   map.points = global_map_.all(local_map, trajectory_, /*with_loaded=*/true);
