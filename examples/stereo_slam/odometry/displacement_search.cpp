@@ -8,12 +8,11 @@
 #include <Eigen/LU>
 #include <opencv2/imgproc.hpp>
 
-#include <antipode/geometry/quaternion.hpp>
-
 #include "stereo_slam/core/opencv_points.hpp"
 #include "stereo_slam/core/parallel.hpp"
 #include "stereo_slam/frontend/patch_alignment.hpp"
 #include "stereo_slam/odometry/motion_in_left.hpp"
+#include "stereo_slam/odometry/two_view_adjustment.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -108,19 +107,16 @@ struct PointSearch {
                                                             const Pose& T_previous_current,
                                                             const StereoCamera& camera, double sigma_px) {
   const Matrix3<double> S_inverse = (2.0 * stereo_pixel_covariance(sigma_px)).inverse();  // both are noisy
+  const Pose T_current_previous = T_previous_current.inverse();
   std::vector<DisplacementConstraint> constraints;
   for (const auto& point : points) {
-    const Vector3<double> p = T_previous_current.inverse() * camera.back_project(point.previous);
-    const auto expected = camera.project(p);
+    const auto expected = seen_by_second(point.previous, T_current_previous, camera);
     if (!expected) continue;
-    const Matrix3<double> J = camera.projection_jacobian(p);
-    DisplacementConstraint c{.innovation = point.current.z - *expected,
-                             .S_inverse = S_inverse,
-                             .J_pose = {},
-                             .row_error_px = point.current.row_error_px,
-                             .basis = ImageDisplacement::basis(point.right_px, camera)};
-    c.J_pose << J * antipode::skew(p), -J;
-    constraints.push_back(c);
+    constraints.push_back({.innovation = point.current.z - expected->z,
+                           .S_inverse = S_inverse,
+                           .J_pose = expected->J_motion,
+                           .row_error_px = point.current.row_error_px,
+                           .basis = ImageDisplacement::basis(point.right_px, camera)});
   }
   return constraints;
 }

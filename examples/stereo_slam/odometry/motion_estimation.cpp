@@ -18,7 +18,7 @@ constexpr double kWidestRotation_rad = 0.3;  // a rotation that is known less we
 [[nodiscard]] bool well_posed(const Matrix6<double>& covariance) {
   return covariance.allFinite() &&
          covariance.topLeftCorner<3, 3>().trace() < kWidestRotation_rad * kWidestRotation_rad &&
-         is_positive_definite(covariance);
+         inverse_of_definite(covariance);
 }
 
 /// A motion, and the correspondences that agree with it.

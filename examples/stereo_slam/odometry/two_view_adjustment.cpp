@@ -18,33 +18,15 @@ namespace {
 
 constexpr double kMinDisparity_px = 0.05;
 
-/// A correspondence linearised at a pose and a point.
-struct Linearization {
-  Vector3<double> innovation;          // of the current measurement, for the point at its first measurement
-  Eigen::Matrix<double, 3, 6> J_pose;  // d z_current / d xi, right perturbation (rotation, translation)
-  Matrix3<double> J_point;             // d z_current / d (u, v, d) of the point in the previous frame
-};
-
-/// Nothing when the point is not in front of the current camera.
-[[nodiscard]] std::optional<Linearization> linearize(const StereoCorrespondence& c, const StereoPoint& point,
-                                                     const Pose& T_current_previous,
-                                                     const StereoCamera& camera) {
-  const Vector3<double> p_previous = camera.back_project(point);
-  const Vector3<double> p_current = T_current_previous * p_previous;
-  const auto z = camera.project(p_current);
-  if (!z) return std::nullopt;
-  const Matrix3<double> J_projection = camera.projection_jacobian(p_current);
-  Linearization result;
-  result.J_pose.leftCols<3>() = J_projection * antipode::skew(p_current);
-  result.J_pose.rightCols<3>() = -J_projection;
-  result.J_point =
-      J_projection * T_current_previous.rotation_matrix() * camera.back_projection_jacobian(point);
-  result.innovation = c.current - *z + result.J_point * (point - c.previous);
-  return result;
+/// The innovation of the current measurement, for the point at its first measurement; `seen` is the point
+/// where it is now.
+[[nodiscard]] Vector3<double> innovation_of(const StereoCorrespondence& c, const StereoPoint& point,
+                                            const PointInSecond& seen) {
+  return c.current - seen.z + seen.J_first * (point - c.previous);
 }
 
-[[nodiscard]] Matrix3<double> innovation_covariance(const Linearization& l, const Matrix3<double>& R) {
-  return R + l.J_point * R * l.J_point.transpose();
+[[nodiscard]] Matrix3<double> innovation_covariance(const PointInSecond& seen, const Matrix3<double>& R) {
+  return R + seen.J_first * R * seen.J_first.transpose();
 }
 
 /// The correspondences as measurements of the motion. The points in between are eliminated: each is where it
@@ -65,18 +47,30 @@ struct EliminatedPoints {
     const Pose T_current_previous = T_previous_current.inverse();
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (!is_used[i]) continue;
-      const auto l = linearize(correspondences[i], points[i], T_current_previous, camera);
-      if (!l) continue;
+      const auto seen = seen_by_second(points[i], T_current_previous, camera);
+      if (!seen) continue;
+      const Vector3<double> innovation = innovation_of(correspondences[i], points[i], *seen);
       const Matrix3<double> information =
-          recomputes_S ? Matrix3<double>(innovation_covariance(*l, R[i]).inverse()) : S_inverse[i];
-      sums.add(l->innovation, information, l->J_pose);
-      points[i] = correspondences[i].previous + R[i] * l->J_point.transpose() * information * l->innovation;
+          recomputes_S ? Matrix3<double>(innovation_covariance(*seen, R[i]).inverse()) : S_inverse[i];
+      sums.add(innovation, information, seen->J_motion);
+      points[i] = correspondences[i].previous + R[i] * seen->J_first.transpose() * information * innovation;
       points[i].z() = std::max(points[i].z(), kMinDisparity_px);
     }
   }
 };
 
 }  // namespace
+
+std::optional<PointInSecond> seen_by_second(const StereoPoint& first, const Pose& T_second_first,
+                                            const StereoCamera& camera) {
+  const Vector3<double> p = T_second_first * camera.back_project(first);
+  const auto z = camera.project(p);
+  if (!z) return std::nullopt;
+  const Matrix3<double> J = camera.projection_jacobian(p);
+  PointInSecond seen{*z, {}, J * T_second_first.rotation_matrix() * camera.back_projection_jacobian(first)};
+  seen.J_motion << J * antipode::skew(p), -J;
+  return seen;
+}
 
 TwoViewAdjustment::TwoViewAdjustment(std::span<const StereoCorrespondence> correspondences,
                                      const StereoCamera& camera, const Pose& initial, double sigma_px,
@@ -88,8 +82,8 @@ TwoViewAdjustment::TwoViewAdjustment(std::span<const StereoCorrespondence> corre
   S_inverse_.reserve(correspondences.size());
   for (const auto& c : correspondences) {
     const Matrix3<double>& R = R_.emplace_back(own_noise ? c.R.value_or(equal_noise) : equal_noise);
-    const auto l = linearize(c, c.previous, T_current_previous, camera_);
-    const Matrix3<double> S = l ? innovation_covariance(*l, R) : Matrix3<double>(2.0 * R);
+    const auto seen = seen_by_second(c.previous, T_current_previous, camera_);
+    const Matrix3<double> S = seen ? innovation_covariance(*seen, R) : Matrix3<double>(2.0 * R);
     S_inverse_.push_back(S.inverse());
   }
 }
@@ -104,10 +98,10 @@ std::optional<Pose> TwoViewAdjustment::minimal_solution(const std::array<std::si
     antipode::WeightedSums<double, 6> sums;
     const Pose T_current_previous = pose.inverse();
     for (const std::size_t i : sample) {
-      const auto l =
-          linearize(correspondences_[i], correspondences_[i].previous, T_current_previous, camera_);
-      if (!l) return std::nullopt;
-      sums.add(l->innovation, S_inverse_[i], l->J_pose);
+      const StereoCorrespondence& c = correspondences_[i];
+      const auto seen = seen_by_second(c.previous, T_current_previous, camera_);
+      if (!seen) return std::nullopt;
+      sums.add(innovation_of(c, c.previous, *seen), S_inverse_[i], seen->J_motion);
     }
     const auto root = sums.root();
     if (!root) return std::nullopt;

@@ -21,6 +21,18 @@ struct StereoCorrespondence {
   double static_evidence = 1.0;           ///< how much it tells of the camera, as multiples of a new point
 };
 
+/// A point that a first camera measured, as a second one sees it.
+struct PointInSecond {
+  StereoPoint z;
+  Eigen::Matrix<double, 3, 6> J_motion;  ///< d z / d T_first_second, right perturbation
+  Matrix3<double> J_first;               ///< d z / d (u, v, d) in the first camera
+};
+
+/// Nothing if the point is not in front of the second camera.
+[[nodiscard]] std::optional<PointInSecond> seen_by_second(const StereoPoint& first,
+                                                          const Pose& T_second_first,
+                                                          const StereoCamera& camera);
+
 /// Positions in the current left image.
 [[nodiscard]] inline std::vector<Vector2<double>> positions(const std::vector<StereoCorrespondence>& points) {
   std::vector<Vector2<double>> result;
