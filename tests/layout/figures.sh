@@ -4,7 +4,7 @@
 # Usage: tests/layout/figures.sh      (the longest function needs universal-ctags)
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../../examples/stereo_slam"
-algorithm=(core rig frontend odometry local_map keyframes tracking loop_closing inertial slam)
+algorithm=(core rig frontend odometry local_map tracking loop_closing inertial slam)
 
 lines() { git ls-files -- "$@" | grep -E '\.(hpp|cpp)$' | xargs cat | wc -l; }
 

@@ -7,7 +7,7 @@
 
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/keyframes/keyframe.hpp"
+#include "stereo_slam/loop_closing/keyframe.hpp"
 #include "stereo_slam/loop_closing/map_segments.hpp"
 #include "stereo_slam/loop_closing/pose_graph.hpp"
 #include "stereo_slam/loop_closing/saved_map.hpp"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "stereo_slam/core/stereo_camera.hpp"
-#include "stereo_slam/keyframes/keyframe.hpp"
+#include "stereo_slam/loop_closing/keyframe.hpp"
 #include "stereo_slam/loop_closing/keyframe_graph.hpp"
 #include "stereo_slam/loop_closing/place_recognition.hpp"
 #include "stereo_slam/settings/settings.hpp"

@@ -8,7 +8,7 @@
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/keyframes/keyframe.hpp"
+#include "stereo_slam/loop_closing/keyframe.hpp"
 #include "stereo_slam/loop_closing/keyframe_graph.hpp"
 #include "stereo_slam/loop_closing/landmark_identity.hpp"
 #include "stereo_slam/loop_closing/loop_candidates.hpp"

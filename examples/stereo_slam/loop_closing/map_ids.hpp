@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "stereo_slam/keyframes/keyframe.hpp"
+#include "stereo_slam/loop_closing/keyframe.hpp"
 #include "stereo_slam/loop_closing/saved_map.hpp"
 
 namespace stereo_slam {

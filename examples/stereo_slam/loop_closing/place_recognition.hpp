@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "stereo_slam/keyframes/keyframe.hpp"
 #include "stereo_slam/loop_closing/descriptor_tree.hpp"
+#include "stereo_slam/loop_closing/keyframe.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {

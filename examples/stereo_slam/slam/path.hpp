@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/keyframes/keyframe.hpp"
 #include "stereo_slam/local_map/local_map.hpp"
 #include "stereo_slam/loop_closing/async_loop_closer.hpp"
+#include "stereo_slam/loop_closing/keyframe.hpp"
 #include "stereo_slam/loop_closing/loop_closer.hpp"
 #include "stereo_slam/loop_closing/saved_map.hpp"
 #include "stereo_slam/rig/seen_motion.hpp"
