@@ -25,7 +25,8 @@ struct AssociationTrace;
 /// What the command line and other programs need of a SLAM system: `Slam`, the product, or `PaperSlam`, the
 /// filter of the DQV-SLAM paper.
 ///
-/// Frames go in one by one, in order. Reads and writes no files. The results do not depend on threads.
+/// Frames go in one by one, in order. Reads and writes no files. The results do not depend on threads. What
+/// both systems keep, the local map and the path, is kept and reported here.
 class SlamSystem {
  public:
   SlamSystem(const SlamSystem&) = delete;
