@@ -24,6 +24,7 @@
 #include "stereo_slam/images/png_data.hpp"
 #include "stereo_slam/io/text_file.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
+#include "stereo_slam/loop_closing/map_ids.hpp"
 #include "stereo_slam/report/run_folder.hpp"
 #include "stereo_slam/results/byte_stream.hpp"
 #include "stereo_slam/results/learned_cameras.hpp"
@@ -196,7 +197,7 @@ void map_body(Bytes bytes) {
   attempt_to_read([&] {
     const SavedMap map = load_map(file);
     check(map);
-    (void)extent_of(map);
+    (void)MapIds::after(map);
   });
 }
 

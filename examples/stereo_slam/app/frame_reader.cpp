@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "stereo_slam/app/process_usage.hpp"
-#include "stereo_slam/core/thread_priority.hpp"
+#include "stereo_slam/core/parallel.hpp"
 
 namespace stereo_slam {
 

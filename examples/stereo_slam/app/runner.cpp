@@ -34,7 +34,7 @@
 #include "stereo_slam/results/run_yaml.hpp"
 #include "stereo_slam/ros2_output/mcap_recording.hpp"
 #include "stereo_slam/slam/slam_system.hpp"
-#include "stereo_slam/tracking/association_trace.hpp"
+#include "stereo_slam/tracking/associate.hpp"
 #include "stereo_slam/visualization/debug_image_folder.hpp"
 
 namespace stereo_slam {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/core/descriptor.hpp"
 
-#include "stereo_slam/core/differing_bits.hpp"
-
 namespace stereo_slam {
 namespace {
 

@@ -26,4 +26,8 @@ void run_each(std::size_t count, const Function& function) {
   });
 }
 
+/// Lowers the priority of the calling thread, for work that is not urgent: reading frames ahead, closing
+/// loops. Does nothing on systems other than Linux.
+void lower_thread_priority();
+
 }  // namespace stereo_slam

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include <antipode/filters/robust_noise.hpp>
+
 #include "stereo_slam/core/types.hpp"
 
 namespace stereo_slam {
@@ -50,6 +52,10 @@ inline constexpr double kLoopCovarianceScale = 2.0;
 /// Factor on the covariance of the rough pose by a recognised keyframe. The pose comes from points that the
 /// update uses again: it says where to look, and must hardly count as information.
 inline constexpr double kRecognisedScale = 9.0;
+
+/// The loss of measurements of points, some of which are wrong matches or on moving objects: a weight halves
+/// at the squared Mahalanobis distance 6, which one in nine good measurements of (u, v, disparity) exceeds.
+inline constexpr antipode::CauchyLoss<double> kOutlierLoss{2.449489742783178};
 
 /// Variance of an updated pose relative to the variance that follows from the assumed noise of the pixels,
 /// for the components that depend on positions along and across the rows of the image. If all matches have

@@ -27,8 +27,4 @@ std::optional<Matrix6<double>> whitening_matrix(const Matrix6<double>& P) {
   return Matrix6<double>(root.matrixL().solve(Matrix6<double>(Matrix6<double>::Identity())));
 }
 
-bool is_positive_definite(const Matrix6<double>& P) {
-  return P.allFinite() && Eigen::LLT<Matrix6<double>>(P).info() == Eigen::Success;
-}
-
 }  // namespace stereo_slam

@@ -22,6 +22,4 @@ namespace stereo_slam {
 /// if P is not positive definite.
 [[nodiscard]] std::optional<Matrix6<double>> whitening_matrix(const Matrix6<double>& P);
 
-[[nodiscard]] bool is_positive_definite(const Matrix6<double>& P);
-
 }  // namespace stereo_slam

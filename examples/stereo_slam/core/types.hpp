@@ -177,8 +177,8 @@ struct FrameResult {
   std::size_t index = 0;                                  ///< number of frames processed before this one
   std::int64_t stamp_ns = 0;                              ///< when the images were taken
   TrackingStatus status = TrackingStatus::kInitializing;  ///< what the pose is based on
-  WeakReasons weak;             ///< why the status is kWeak; for other statuses, what else was noticed
-  PoseGaussian T_world_camera;  ///< of the rectified left camera
+  WeakReasons weak{};             ///< why the status is kWeak; for other statuses, what else was noticed
+  PoseGaussian T_world_camera{};  ///< of the rectified left camera
   Pose T_odometry_camera = Pose::identity();  ///< without loop corrections: continuous
   bool loop_corrected = false;                ///< a loop moved the keyframes before this frame was tracked
   std::size_t segment = 0;   ///< map segment: a loss begins a new one if nothing is recognised
@@ -186,17 +186,17 @@ struct FrameResult {
   /// Of the pose relative to the keyframe. Of the errors of `calibration` it contains only the uncertainty of
   /// the disparity offset.
   Matrix6<double> relative_covariance = Matrix6<double>::Zero();
-  CalibrationError calibration;  ///< errors that the covariance of T_world_camera includes
-  PoseGaussian odometry;         ///< T_previous_current, the system input u_k
+  CalibrationError calibration{};  ///< errors that the covariance of T_world_camera includes
+  PoseGaussian odometry{};         ///< T_previous_current, the system input u_k
   int features = 0;   ///< points that the odometry follows; with `--preset paper`, features of the left image
   int landmarks = 0;  ///< in the local map, after the frame
   int matches = 0;    ///< landmarks that were found in the frame
-  bool is_keyframe = false;      ///< whether the frame became a keyframe
-  bool right_image_fits = true;  ///< false: of another moment than the left one, or covered
-  double nis = 0.0;              ///< normalised innovation squared of the pose update
-  int nis_dof = 0;               ///< its degrees of freedom
-  InertialEstimate inertial;     ///< velocity, gravity and biases by an IMU, if there is one
-  std::vector<StageTime> times;  ///< of the stages of this frame
+  bool is_keyframe = false;        ///< whether the frame became a keyframe
+  bool right_image_fits = true;    ///< false: of another moment than the left one, or covered
+  double nis = 0.0;                ///< normalised innovation squared of the pose update
+  int nis_dof = 0;                 ///< its degrees of freedom
+  InertialEstimate inertial{};     ///< velocity, gravity and biases by an IMU, if there is one
+  std::vector<StageTime> times{};  ///< of the stages of this frame
 };
 
 /// A loop that consecutive keyframes confirmed.
@@ -208,6 +208,15 @@ struct LoopEvent {
   double chi2 = 0.0;  ///< squared Mahalanobis distance from the pose graph's prediction, 6 degrees of freedom
   bool accepted = false;              ///< whether chi2 is small enough for the pose graph to take it
   Pose T_old_new = Pose::identity();  ///< as measured
+};
+
+/// A landmark of the local map in the last frame.
+struct LandmarkTrack {
+  std::uint32_t id = 0;
+  Vector2<double> left_px;  ///< in the left image: measured if found, else predicted
+  double depth_m = 0.0;     ///< of its mean, along the camera's z axis
+  int observations = 1;     ///< frames in which it was found
+  bool found = false;       ///< in the last frame
 };
 
 /// Landmark of a map.

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "stereo_slam/core/parallel.hpp"
 #include "stereo_slam/frontend/fast_corners.hpp"
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/frontend/spatial_index.hpp"
@@ -207,12 +208,10 @@ class CellRow {
 [[nodiscard]] std::vector<Feature> search_cells(const cv::Mat& image, const SpatialIndex& used,
                                                 const CornerGrid& grid, const CellSearch& search) {
   std::vector<std::vector<Feature>> by_row(static_cast<std::size_t>(cell_counts(image.size(), grid).height));
-  cv::parallel_for_(cv::Range(0, static_cast<int>(by_row.size())), [&](const cv::Range& range) {
-    for (int row = range.start; row < range.end; ++row) {
-      CellRow cells(image, grid, search, row);
-      cells.find();
-      by_row[static_cast<std::size_t>(row)] = cells.best(used);
-    }
+  run_each(by_row.size(), [&](std::size_t row) {
+    CellRow cells(image, grid, search, static_cast<int>(row));
+    cells.find();
+    by_row[row] = cells.best(used);
   });
   std::vector<Feature> corners;
   for (const auto& row : by_row) corners.insert(corners.end(), row.begin(), row.end());

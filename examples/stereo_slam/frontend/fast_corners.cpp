@@ -9,6 +9,7 @@
 #include <opencv2/core/hal/intrin.hpp>
 #include <opencv2/features2d.hpp>
 
+#include "stereo_slam/core/parallel.hpp"
 #include "stereo_slam/frontend/features.hpp"
 
 namespace stereo_slam {
@@ -36,11 +37,9 @@ std::vector<cv::KeyPoint> fast_corners(const cv::Mat& image, int threshold) {
   if (area.empty()) return {};
   std::vector<std::vector<cv::KeyPoint>> strips(
       static_cast<std::size_t>((area.height + kStrip_px - 1) / kStrip_px));
-  cv::parallel_for_(cv::Range(0, static_cast<int>(strips.size())), [&](const cv::Range& range) {
-    for (int i = range.start; i < range.end; ++i) {
-      const cv::Rect strip(area.x, area.y + i * kStrip_px, area.width, kStrip_px);
-      strips[static_cast<std::size_t>(i)] = fast_corners(image, strip & area, threshold);
-    }
+  run_each(strips.size(), [&](std::size_t i) {
+    const cv::Rect strip(area.x, area.y + static_cast<int>(i) * kStrip_px, area.width, kStrip_px);
+    strips[i] = fast_corners(image, strip & area, threshold);
   });
   std::vector<cv::KeyPoint> all;
   for (const auto& strip : strips) all.insert(all.end(), strip.begin(), strip.end());

@@ -52,8 +52,9 @@ FlowResult track_points(const FlowPyramid& from, const FlowPyramid& to,
   if (points.empty()) return result;
   result.points = guesses;
   std::vector<float> error;
-  const cv::TermCriteria criteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, options.iterations,
-                                  options.epsilon_px);
+  constexpr int kIterations = 20;
+  constexpr double kSettled_px = 0.01;
+  const cv::TermCriteria criteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, kIterations, kSettled_px);
   cv::calcOpticalFlowPyrLK(from.levels(), to.levels(), points, result.points, result.found, error,
                            {options.window_px, options.window_px}, options.max_level, criteria,
                            cv::OPTFLOW_USE_INITIAL_FLOW);

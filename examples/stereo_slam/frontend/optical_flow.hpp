@@ -57,8 +57,6 @@ enum class PyramidSides { kLeft, kBoth };
 struct FlowOptions {
   int window_px = 15;  ///< side of the window, at most FlowPyramid::kMaxWindow_px
   int max_level = 2;   ///< coarsest level used
-  int iterations = 20;
-  double epsilon_px = 0.01;
 };
 
 /// Where the points went, and whether each was found inside the image.

@@ -14,6 +14,7 @@ namespace {
 // by reference: by value they would be passed in different ways.
 using Eight = SlantedTemplate::Eight;
 using Pixels = SlantedTemplate::Pixels;
+using Content = SlantedTemplate::Content;
 using EightInts [[gnu::vector_size(8 * sizeof(std::int32_t))]] = std::int32_t;
 
 constexpr int kRadius = SlantedTemplate::kRadius_px;
@@ -126,16 +127,7 @@ using BorderedPixels = Eigen::Array<float, kSideWithBorder, kSideWithBorder, Eig
          down * ((1.0F - right) * pixels(column, row + 1) + right * pixels(column + 1, row + 1));
 }
 
-/// What the constructor of a template computes.
-struct Prepared {
-  Pixels& value;
-  std::array<Pixels, 4>& gradient;
-  float& mean;
-  float& energy;
-  Eigen::Matrix4f& information;
-};
-
-[[gnu::always_inline]] inline void differentiate(const BorderedPixels& bordered, Prepared& t) {
+[[gnu::always_inline]] inline void differentiate(const BorderedPixels& bordered, Content& t) {
   t.value.back() = Eight{};
   for (auto& gradient : t.gradient) gradient.back() = Eight{};
   for (std::size_t row = 0; row < kRows; ++row) {
@@ -159,7 +151,7 @@ struct Prepared {
   }
 }
 
-[[gnu::always_inline]] inline void prepare(const BorderedPixels& bordered, Prepared& t) {
+[[gnu::always_inline]] inline void prepare(const BorderedPixels& bordered, Content& t) {
   differentiate(bordered, t);
   t.mean = sum_of(t.value) / kCount;
   subtract(t.mean, t.value);
@@ -186,13 +178,6 @@ struct Sums {
   Eigen::Vector4f with_gradient;
 };
 
-/// What a window of the right image is compared with.
-struct Compared {
-  const Pixels& value;
-  const std::array<Pixels, 4>& gradient;
-  float mean;
-};
-
 /// Where a window of the right image is.
 struct RightWindow {
   const cv::Mat& image;
@@ -200,7 +185,7 @@ struct RightWindow {
   const Eigen::Vector2f& slope;
 };
 
-[[gnu::always_inline]] inline void compare_window(const RightWindow& window, const Compared& t, Sums& sums) {
+[[gnu::always_inline]] inline void compare_window(const RightWindow& window, const Content& t, Sums& sums) {
   Pixels pixels;
   sample_slanted(window.image, window.centre, window.slope, pixels);
   subtract(t.mean, pixels);
@@ -212,16 +197,16 @@ struct RightWindow {
   }
 }
 
-void prepare_anywhere(const BorderedPixels& bordered, Prepared& t) { prepare(bordered, t); }
-void compare_anywhere(const RightWindow& window, const Compared& t, Sums& sums) {
+void prepare_anywhere(const BorderedPixels& bordered, Content& t) { prepare(bordered, t); }
+void compare_anywhere(const RightWindow& window, const Content& t, Sums& sums) {
   compare_window(window, t, sums);
 }
 
 #ifdef __x86_64__
-[[gnu::target("avx2")]] void prepare_avx2(const BorderedPixels& bordered, Prepared& t) {
+[[gnu::target("avx2")]] void prepare_avx2(const BorderedPixels& bordered, Content& t) {
   prepare(bordered, t);
 }
-[[gnu::target("avx2")]] void compare_avx2(const RightWindow& window, const Compared& t, Sums& sums) {
+[[gnu::target("avx2")]] void compare_avx2(const RightWindow& window, const Content& t, Sums& sums) {
   compare_window(window, t, sums);
 }
 const bool kHasAvx2 = __builtin_cpu_supports("avx2");
@@ -235,21 +220,20 @@ constexpr bool kHasAvx2 = false;
 
 SlantedTemplate::SlantedTemplate(const cv::Mat& left, const Eigen::Vector2f& centre) {
   const BorderedPixels bordered = sample_bordered(left, centre);
-  Prepared prepared{value_, gradient_, mean_, energy_, information_};
-  kHasAvx2 ? prepare_avx2(bordered, prepared) : prepare_anywhere(bordered, prepared);
+  kHasAvx2 ? prepare_avx2(bordered, content_) : prepare_anywhere(bordered, content_);
 }
 
 SlantedTemplate::Comparison SlantedTemplate::compare(const cv::Mat& right, const Eigen::Vector2f& centre,
                                                      const Eigen::Vector2f& slope) const {
   const RightWindow window{right, centre, slope};
-  const Compared compared{value_, gradient_, mean_};
   Sums sums;
-  kHasAvx2 ? compare_avx2(window, compared, sums) : compare_anywhere(window, compared, sums);
+  kHasAvx2 ? compare_avx2(window, content_, sums) : compare_anywhere(window, content_, sums);
   Comparison result{.gradient = sums.with_gradient};
-  if (!(energy_ > 0.0F)) return result;
-  result.gain = sums.with_template / energy_;
+  const float energy = content_.energy;
+  if (!(energy > 0.0F)) return result;
+  result.gain = sums.with_template / energy;
   const float right_energy = sums.squares - sums.values * sums.values / kCount;
-  if (right_energy > 0.0F) result.correlation = sums.with_template / std::sqrt(energy_ * right_energy);
+  if (right_energy > 0.0F) result.correlation = sums.with_template / std::sqrt(energy * right_energy);
   return result;
 }
 

@@ -29,8 +29,7 @@ class SlantedTemplate {
   /// The window around `centre`, which is at least kRadius_px + 1 inside the 8-bit image.
   SlantedTemplate(const cv::Mat& left, const Eigen::Vector2f& centre);
 
-  /// J^T J of the grey values with respect to the parameters.
-  [[nodiscard]] const Eigen::Matrix4f& information() const noexcept { return information_; }
+  [[nodiscard]] const Eigen::Matrix4f& information() const noexcept { return content_.information; }
 
   /// How a window of the right image compares with this one.
   struct Comparison {
@@ -53,12 +52,17 @@ class SlantedTemplate {
   /// are left over are zero.
   using Pixels = std::array<Eight, kSide_px + 2>;
 
+  /// What is known of the window.
+  struct Content {
+    Pixels value;
+    std::array<Pixels, 4> gradient;  ///< of the values with respect to the parameters
+    float mean = 0.0F;               ///< of the grey values
+    float energy = 0.0F;             ///< sum of the squared values
+    Eigen::Matrix4f information;     ///< J^T J of the grey values with respect to the parameters
+  };
+
  private:
-  Pixels value_;
-  std::array<Pixels, 4> gradient_;  // of the values with respect to the parameters
-  float mean_ = 0.0F;               // of the grey values
-  float energy_ = 0.0F;             // sum of value_ squared
-  Eigen::Matrix4f information_;
+  Content content_;
 };
 
 }  // namespace stereo_slam

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 
+#include "stereo_slam/core/parallel.hpp"
 #include "stereo_slam/frontend/likely_slopes.hpp"
 #include "stereo_slam/frontend/patch_alignment.hpp"
 #include "stereo_slam/frontend/slanted_match.hpp"
@@ -224,11 +225,8 @@ std::vector<std::optional<StereoMeasurement>> match_stereo(const StereoView& vie
                                                            const StereoMatchingSettings& settings) {
   std::vector<std::optional<StereoMeasurement>> matches(points_px.size());
   const double texture = min_texture(view.frame.left);
-  cv::parallel_for_(cv::Range(0, static_cast<int>(points_px.size())), [&](const cv::Range& range) {
-    for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i) {
-      matches[i] = match_point(view, points_px[i], texture, settings);
-    }
-  });
+  run_each(points_px.size(),
+           [&](std::size_t i) { matches[i] = match_point(view, points_px[i], texture, settings); });
   return matches;
 }
 

@@ -16,7 +16,10 @@ namespace stereo_slam {
 /// per point, but `descriptors` is empty if the points have none.
 struct StereoPoints {
   std::vector<StereoMeasurement> measured;
-  std::vector<Descriptor> descriptors;
+  std::vector<Descriptor> descriptors{};
+  /// Standard deviation, relative to all depths, of an error that they share: that of the motion and the
+  /// lens, if the depths are not from a right image.
+  double scale_sigma = 0.0;
 };
 
 /// The strongest features that are at least settings.odometry.exclusion_px from `reserved_px` and have a

@@ -131,7 +131,7 @@ void InertialFilter::end_frame(const SeenFrame& seen, const std::optional<Inerti
   if (refuted || (innovations_.contradicts() && (running() || motions_ >= kEnoughForCause))) {
     give_up(seen);
   } else if (++frames_ % kFramesBetweenChecks == 0) {
-    correct_delay(seen, delay_ns());
+    correct_delay(seen, std::llround(1e9 * std::get<3>(state_.state)[0]));
   }
   predicted_.reset();
   forget_samples();
@@ -235,13 +235,9 @@ void InertialFilter::give_up(const SeenFrame& seen) {
   if (correct_delay(seen, 0)) return;  // the state could not account for one
   if (summary_.restarts <= kMostRestarts) return begin(seen.stamp_ns, unknown());
   summary_.phase = InertialPhase::kOff;
-  summary_.fault = probable_fault(last_rotations(), samples_, moved_ns_ + sensor_.known_delay_ns);
+  summary_.fault = probable_fault(rotations_, samples_, moved_ns_ + sensor_.known_delay_ns);
   samples_.clear();
   rotations_.clear();
-}
-
-std::vector<SeenRotation> InertialFilter::last_rotations() const {
-  return {rotations_.begin(), rotations_.end()};
 }
 
 /// Looks for an evident delay between the clocks that is far from the one that is accounted for, too far to
@@ -250,22 +246,15 @@ bool InertialFilter::correct_delay(const SeenFrame& seen, std::int64_t accounted
   constexpr int kMostCorrections = 5;
   constexpr std::int64_t kFar_ns = 10'000'000;  // three times the error of what the rotations tell
   if (corrections_ >= kMostCorrections) return false;
-  const auto later_ns = seen_delay_ns(last_rotations(), samples_);
+  const auto later_ns = seen_delay_ns(rotations_, samples_);
   if (!later_ns || std::abs(*later_ns - accounted_ns) < kFar_ns) return false;
   ++corrections_;
-  move_stamps(*later_ns);
+  // The stamps of all samples, those to come too. What remains of the delay is not known any more.
+  moved_ns_ += *later_ns;
+  for (auto& sample : samples_) sample.stamp_ns -= *later_ns;
   begin(seen.stamp_ns, unknown());
   return true;
 }
-
-/// Corrects the stamps of all samples, those to come too. What remains of the delay is not known any more.
-void InertialFilter::move_stamps(std::int64_t later_ns) {
-  moved_ns_ += later_ns;
-  for (auto& sample : samples_) sample.stamp_ns -= later_ns;
-}
-
-/// That of the state: what is left in the stamps of the samples that are kept.
-std::int64_t InertialFilter::delay_ns() const { return std::llround(1e9 * std::get<3>(state_.state)[0]); }
 
 /// The state before anything was measured.
 InertialState InertialFilter::unknown() const {
@@ -277,7 +266,7 @@ void InertialFilter::remember(const SeenFrame& seen) {
   if (!seen.T_previous_current || seen.stamp_ns <= stamp_ns_) return;
   const Vector6<double> motion = in_imu(*seen.T_previous_current).pose.log();
   rotations_.push_back({stamp_ns_, seen.stamp_ns, motion.head<3>()});
-  if (rotations_.size() > kMost) rotations_.pop_front();
+  if (rotations_.size() > kMost) rotations_.erase(rotations_.begin());
 }
 
 /// Samples that no later step needs, and no search for a fault.

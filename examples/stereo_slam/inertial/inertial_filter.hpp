@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
@@ -98,11 +97,8 @@ class InertialFilter {
   void cross_gap(const SeenFrame& seen);
   void give_up(const SeenFrame& seen);
   bool correct_delay(const SeenFrame& seen, std::int64_t accounted_ns);
-  void move_stamps(std::int64_t later_ns);
-  [[nodiscard]] std::int64_t delay_ns() const;
   [[nodiscard]] InertialState unknown() const;
   void summarise();
-  [[nodiscard]] std::vector<SeenRotation> last_rotations() const;
   void remember(const SeenFrame& seen);
   void forget_samples();
 
@@ -118,7 +114,7 @@ class InertialFilter {
   std::int64_t moved_ns_ = 0;       // by how much their stamps were made earlier
   NoiseInMotion noise_;
   ImageDrift drift_;
-  std::deque<SeenRotation> rotations_;  // of the last frames, to find the cause of a contradiction
+  std::vector<SeenRotation> rotations_;  // of the last frames, to find the cause of a contradiction
   std::optional<InertialStep> predicted_;
   InertialState state_ = unknown_state();  // relative to the keyframe while it runs, else to itself
   std::int64_t stamp_ns_ = 0;              // of the state

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <tuple>
+#include <utility>
 
 #include <antipode/distributions/keyframe_change.hpp>
 #include <antipode/geometry/jacobians.hpp>
@@ -78,12 +79,9 @@ InertialState at_pose(const InertialState& itself, const PoseGaussian& T_referen
 
 InertialState without_velocity(const InertialState& itself) {
   InertialState state = unknown_state();
-  std::get<0>(state.state).vectors = std::get<0>(itself.state).vectors;
-  std::get<1>(state.state) = std::get<1>(itself.state);
-  std::get<2>(state.state) = std::get<2>(itself.state);
-  std::get<3>(state.state) = std::get<3>(itself.state);
-  std::get<4>(state.state) = std::get<4>(itself.state);
-  std::get<5>(state.state) = std::get<5>(itself.state);
+  const auto at_rest = std::exchange(state.state, itself.state);
+  std::get<0>(state.state).pose = std::get<0>(at_rest).pose;
+  std::get<0>(state.state).velocity = std::get<0>(at_rest).velocity;
   constexpr int kKnown = InertialChart::kDim - StatePart::kGamma;
   state.covariance.bottomRightCorner<kKnown, kKnown>() =
       itself.covariance.bottomRightCorner<kKnown, kKnown>();

@@ -12,7 +12,7 @@
 #include <antipode/geometry/quaternion.hpp>
 #include <antipode/sampling/pose_rules.hpp>
 
-#include "stereo_slam/local_map/landmark_projection.hpp"
+#include "stereo_slam/local_map/landmark.hpp"
 
 namespace stereo_slam {
 namespace {

@@ -2,14 +2,15 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
+#include <deque>
+#include <future>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/keyframes/keyframe.hpp"
+#include "stereo_slam/loop_closing/keyframe.hpp"
 #include "stereo_slam/loop_closing/loop_closer.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
@@ -22,7 +23,7 @@ enum class LoopThread {
 };
 
 /// Frames from a keyframe to the correction by its loop, in which the loop-closing thread works.
-inline constexpr int kCorrectionLatency_frames = 15;
+inline constexpr std::size_t kCorrectionLatency_frames = 15;
 
 /// When the correction of a keyframe takes effect.
 enum class CorrectionDelay {
@@ -34,15 +35,15 @@ enum class CorrectionDelay {
 ///
 /// It processes keyframes in order. The correction of a keyframe takes effect after a number of frames that
 /// depends only on the settings, the delay and the number of keyframes; correction_due() waits for it if
-/// necessary. The results therefore do not depend on threads or their speed.
+/// necessary. The results therefore do not depend on threads or their speed. It stays where it is, since the
+/// thread refers to it.
 class AsyncLoopCloser {
  public:
   /// `loaded` is the map of an earlier run, or empty.
   AsyncLoopCloser(const StereoCamera& camera, const Settings& settings, LoopThread thread,
                   const SavedMap& loaded = {}, MapUse use = MapUse::kContinue);
-  ~AsyncLoopCloser();
-  AsyncLoopCloser(AsyncLoopCloser&&) noexcept;
-  AsyncLoopCloser& operator=(AsyncLoopCloser&&) noexcept;
+  AsyncLoopCloser(const AsyncLoopCloser&) = delete;
+  AsyncLoopCloser& operator=(const AsyncLoopCloser&) = delete;
 
   /// Adds a keyframe with its points and its pose relative to the keyframe before. If its points are not
   /// described yet, `left` is the image to describe them by, on the loop-closing thread.
@@ -57,20 +58,31 @@ class AsyncLoopCloser {
   [[nodiscard]] std::optional<LoopCorrection> finish(const std::vector<KeyframeLink>& links = {});
 
   /// Loops found so far, accepted and refused, in order. Waits for the thread; complete after finish().
-  [[nodiscard]] std::vector<LoopEvent> events() const;
+  [[nodiscard]] std::vector<LoopEvent> events() const { return at_rest().events(); }
 
   /// The same without waiting: nothing while the thread works. Valid until the next keyframe is added.
   [[nodiscard]] std::optional<std::span<const LoopEvent>> events_if_idle() const;
 
   /// Sets the keyframes and the loops of `map`; those of the loaded map come first. Waits for the thread.
-  void save(SavedMap& map) const;
+  void save(SavedMap& map) const { at_rest().save(map); }
 
   /// Memory of keyframes and place recognition, bytes. Waits for the thread.
-  [[nodiscard]] std::size_t memory_bytes() const;
+  [[nodiscard]] std::size_t memory_bytes() const { return at_rest().memory_bytes(); }
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  using FutureCorrection = std::shared_future<std::optional<LoopCorrection>>;
+  /// Processing of one keyframe, and the frame before which its correction takes effect.
+  struct Task {
+    FutureCorrection correction;
+    std::size_t due = 0;
+  };
+
+  [[nodiscard]] const LoopCloser& at_rest() const;
+
+  LoopCloser closer_;
+  LoopThread thread_;
+  std::size_t keyframes_;   // of the pose graph that may move
+  std::deque<Task> tasks_;  // in order; each waits for the one before
 };
 
 }  // namespace stereo_slam

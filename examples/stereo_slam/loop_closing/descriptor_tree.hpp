@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/keyframes/keyframe.hpp"
+#include "stereo_slam/loop_closing/keyframe.hpp"
 
 namespace stereo_slam {
 

@@ -10,9 +10,6 @@
 
 namespace stereo_slam {
 
-KeyframeGraph::KeyframeGraph(std::size_t max_points, double common_error_rad)
-    : max_points_(max_points), common_error_rad_(common_error_rad) {}
-
 void KeyframeGraph::load(const SavedMap& map, MapUse use) {
   std::vector<PoseGaussian> poses;
   for (const auto& keyframe : map.keyframes) {

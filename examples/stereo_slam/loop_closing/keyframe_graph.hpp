@@ -7,7 +7,7 @@
 
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/keyframes/keyframe.hpp"
+#include "stereo_slam/loop_closing/keyframe.hpp"
 #include "stereo_slam/loop_closing/map_segments.hpp"
 #include "stereo_slam/loop_closing/pose_graph.hpp"
 #include "stereo_slam/loop_closing/saved_map.hpp"
@@ -24,7 +24,8 @@ class KeyframeGraph {
  public:
   /// At most `max_points` points of a keyframe are kept. `common_error_rad` is the standard deviation
   /// of the odometry's common error (LinkedPose).
-  KeyframeGraph(std::size_t max_points, double common_error_rad);
+  KeyframeGraph(std::size_t max_points, double common_error_rad)
+      : max_points_(max_points), common_error_rad_(common_error_rad) {}
 
   /// Adds the keyframes and the loops of a saved map to an empty graph. With MapUse::kLocalise the poses of
   /// these keyframes stay fixed.

@@ -24,9 +24,6 @@ constexpr double kMinShareInView = 0.5;  // of the points of such a candidate th
 
 }  // namespace
 
-LoopCandidates::LoopCandidates(const StereoCamera& camera, const PlaceRecognitionSettings& settings)
-    : camera_(camera), settings_(settings), places_(settings) {}
-
 std::vector<std::size_t> LoopCandidates::find(const Keyframe& keyframe, const KeyframeGraph& graph) const {
   constexpr std::size_t kTrackedLandmarks = 10;
   const std::size_t end = comparable_keyframes(keyframe, graph);

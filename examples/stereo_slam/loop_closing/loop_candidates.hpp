@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "stereo_slam/core/stereo_camera.hpp"
-#include "stereo_slam/keyframes/keyframe.hpp"
+#include "stereo_slam/loop_closing/keyframe.hpp"
 #include "stereo_slam/loop_closing/keyframe_graph.hpp"
 #include "stereo_slam/loop_closing/place_recognition.hpp"
 #include "stereo_slam/settings/settings.hpp"
@@ -19,7 +19,8 @@ namespace stereo_slam {
 class LoopCandidates {
  public:
   /// Starts empty. All keyframes are from `camera`.
-  LoopCandidates(const StereoCamera& camera, const PlaceRecognitionSettings& settings);
+  LoopCandidates(const StereoCamera& camera, const PlaceRecognitionSettings& settings)
+      : camera_(camera), settings_(settings), places_(settings) {}
 
   /// Adds a keyframe to those that place recognition finds. Keyframes come in order of their ids.
   void add(const Keyframe& keyframe) { places_.add(keyframe.id, keyframe.points); }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "stereo_slam/core/pixel_noise.hpp"
+#include "stereo_slam/rig/calibration_error.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -24,9 +25,9 @@ LoopCloser::LoopCloser(const StereoCamera& camera, const Settings& settings, con
                        MapUse use)
     : camera_(camera),
       settings_(settings),
-      ids_(extent_of(loaded)),
+      ids_(MapIds::after(loaded)),
       graph_(static_cast<std::size_t>(kMaxPoints),
-             std::min(settings.calibration.common_error_px / camera.fx, kLargestCalibrationError)),
+             allowed_calibration_error(settings.calibration, camera).common_error_rad),
       candidates_(camera, settings.place_recognition),
       consistency_(settings.loop_verification) {
   if (loaded.keyframes.empty()) return;
@@ -41,8 +42,6 @@ void LoopCloser::save(SavedMap& map) const {
     for (auto& point : keyframe.points) point.landmark = identity_(point.landmark);
   }
 }
-
-std::size_t LoopCloser::memory_bytes() const { return graph_.memory_bytes() + candidates_.memory_bytes(); }
 
 std::optional<LoopCorrection> LoopCloser::process(Keyframe keyframe) {
   const Keyframe& added = add_keyframe(std::move(keyframe));
@@ -63,7 +62,7 @@ std::optional<LoopCorrection> LoopCloser::process(Keyframe keyframe) {
 /// Adds a keyframe of this run to the graph. The pose of the run's first keyframe relative to the loaded map
 /// is unknown.
 const Keyframe& LoopCloser::add_keyframe(Keyframe keyframe) {
-  const bool is_first_of_run = graph_.size() == ids_.first_keyframe_of_run();
+  const bool is_first_of_run = graph_.size() == ids_.keyframes;
   if (is_first_of_run && graph_.size() > 0) keyframe.T_previous_keyframe = graph_.unknown_link();
   return graph_[graph_.add(ids_.in_map(std::move(keyframe)))];
 }
@@ -82,10 +81,9 @@ std::optional<LoopMeasurement> LoopCloser::verify(const Keyframe& keyframe,
                                                   const std::vector<std::size_t>& candidates) const {
   std::optional<LoopMeasurement> best;
   for (const std::size_t candidate : candidates) {
-    const auto verified = verify_loop(graph_[candidate], keyframe, camera_, settings_.loop_verification,
-                                      settings_.seed + keyframe.id);
-    if (verified.check != LoopCheck::kVerified) continue;
-    if (!best || verified.loop.inliers > best->inliers) best = verified.loop;
+    auto verified = verify_loop(graph_[candidate], keyframe, camera_, settings_.loop_verification,
+                                settings_.seed + keyframe.id);
+    if (verified && (!best || verified->inliers > best->inliers)) best = std::move(verified);
   }
   return best;
 }
@@ -113,7 +111,13 @@ std::vector<LoopMeasurement> LoopCloser::gate(const std::vector<LoopMeasurement>
   for (const auto& loop : loops) {
     const double chi2 = gate_distance(edge_of(loop), prediction);
     const bool passes = chi2 <= settings_.loop_verification.max_chi2;
-    record_event(loop, chi2, passes);
+    events_.push_back({.frame = ids_.original_frame(graph_[loop.new_keyframe]),
+                       .old_frame = ids_.original_frame(graph_[loop.old_keyframe]),
+                       .in_loaded_map = ids_.is_loaded(loop.old_keyframe),
+                       .inliers = loop.inliers,
+                       .chi2 = chi2,
+                       .accepted = passes,
+                       .T_old_new = loop.T_old_new.pose});
     if (passes) passed.push_back(loop);
   }
   return passed;
@@ -125,18 +129,7 @@ double LoopCloser::gate_distance(const PoseGraphEdge& loop, const LoopPrediction
   if (!prediction.knows(loop.from, loop.to)) return 0.0;
   const auto& rule = settings_.loop_verification;
   const double length_m = graph_.path_length_m(loop.from, loop.to);
-  return prediction.mahalanobis_squared(loop, {rule.gate_scale, gate_allowance(length_m)});
-}
-
-/// Records a loop with its squared Mahalanobis distance from the prediction.
-void LoopCloser::record_event(const LoopMeasurement& loop, double chi2, bool accepted) {
-  events_.push_back({.frame = ids_.original_frame(graph_[loop.new_keyframe]),
-                     .old_frame = ids_.original_frame(graph_[loop.old_keyframe]),
-                     .in_loaded_map = ids_.is_loaded(loop.old_keyframe),
-                     .inliers = loop.inliers,
-                     .chi2 = chi2,
-                     .accepted = accepted,
-                     .T_old_new = loop.T_old_new.pose});
+  return prediction.mahalanobis_squared(loop, rule.gate_scale, gate_allowance(length_m));
 }
 
 /// Makes loops constraints of the graph, and unites the landmarks that both of their keyframes observe.
@@ -164,7 +157,8 @@ bool LoopCloser::correction_needed(const std::vector<LoopMeasurement>& confirmed
 
 void LoopCloser::replace(std::vector<KeyframeLink> links) {
   if (links.empty()) return;
-  graph_.replace(ids_.in_map(std::move(links)));
+  for (auto& link : links) link.keyframe = ids_.keyframe_in_map(link.keyframe);
+  graph_.replace(links);
   links_replaced_ = true;
 }
 
@@ -187,7 +181,7 @@ LoopCorrection LoopCloser::correction_to(const std::vector<LinkedPose>& poses) c
     }
   }
   const MapSegments& segments = graph_.segments();
-  for (std::size_t s = ids_.first_segment_of_run(); s < segments.size(); ++s) {
+  for (std::size_t s = ids_.segments; s < segments.size(); ++s) {
     correction.segment_localised.push_back(segments.localised(s));
   }
   correction.identity = identity_;

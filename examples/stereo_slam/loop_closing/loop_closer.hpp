@@ -8,7 +8,7 @@
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/keyframes/keyframe.hpp"
+#include "stereo_slam/loop_closing/keyframe.hpp"
 #include "stereo_slam/loop_closing/keyframe_graph.hpp"
 #include "stereo_slam/loop_closing/landmark_identity.hpp"
 #include "stereo_slam/loop_closing/loop_candidates.hpp"
@@ -57,7 +57,9 @@ class LoopCloser {
   /// Loops found so far, accepted and refused, in order.
   [[nodiscard]] const std::vector<LoopEvent>& events() const noexcept { return events_; }
   /// Memory of keyframes and place recognition, bytes.
-  [[nodiscard]] std::size_t memory_bytes() const;
+  [[nodiscard]] std::size_t memory_bytes() const {
+    return graph_.memory_bytes() + candidates_.memory_bytes();
+  }
 
   /// Sets the keyframes and the loops of `map`; those of the loaded map come first.
   void save(SavedMap& map) const;
@@ -70,7 +72,6 @@ class LoopCloser {
   [[nodiscard]] std::vector<LoopMeasurement> confirm(const std::optional<LoopMeasurement>& loop);
   [[nodiscard]] std::vector<LoopMeasurement> gate(const std::vector<LoopMeasurement>& loops);
   [[nodiscard]] double gate_distance(const PoseGraphEdge& loop, const LoopPrediction& prediction) const;
-  void record_event(const LoopMeasurement& loop, double chi2, bool accepted);
   void accept(const std::vector<LoopMeasurement>& loops);
   [[nodiscard]] bool correction_needed(const std::vector<LoopMeasurement>& confirmed,
                                        bool newly_localised) const;

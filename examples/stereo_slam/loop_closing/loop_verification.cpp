@@ -94,50 +94,38 @@ struct PointPair {
 
 }  // namespace
 
-LoopVerification verify_loop(const Keyframe& old_keyframe, const Keyframe& new_keyframe,
-                             const StereoCamera& camera, const LoopVerificationSettings& settings,
-                             std::uint64_t seed) {
-  LoopVerification result;
-  result.loop.old_keyframe = old_keyframe.id;
-  result.loop.new_keyframe = new_keyframe.id;
+std::optional<LoopMeasurement> verify_loop(const Keyframe& old_keyframe, const Keyframe& new_keyframe,
+                                           const StereoCamera& camera,
+                                           const LoopVerificationSettings& settings, std::uint64_t seed) {
   const auto pairs = match_descriptors(old_keyframe, new_keyframe);
-  result.matches = static_cast<int>(pairs.size());
   // Guided matching finds more pairs than the descriptors alone, but needs a pose to start from. For that
   // half of settings.min_inliers pairs are enough.
   const int fewest_matches = (settings.min_inliers + 1) / 2;
-  if (result.matches < fewest_matches) return result;
+  if (static_cast<int>(pairs.size()) < fewest_matches) return std::nullopt;
 
-  result.check = LoopCheck::kNoPose;
   std::mt19937_64 random(seed);
   const auto rough = perspective_pose(correspondences(old_keyframe, new_keyframe, pairs), fewest_matches,
                                       camera, settings, random);
-  if (!rough) return result;
+  if (!rough) return std::nullopt;
   const auto guided = match_guided(old_keyframe, new_keyframe, *rough, camera);
 
-  result.check = LoopCheck::kTooFewInliers;
   constexpr int kRefinementDraws = 30;  // few: the rough pose competes as the initial one
   OdometrySettings adjustment;
   adjustment.ransac_iterations = kRefinementDraws;
   adjustment.min_inliers = settings.min_inliers;
   adjustment.pixel_sigma_px = settings.pixel_sigma_px;
-  const auto motion = estimate_motion({correspondences(old_keyframe, new_keyframe, guided)}, camera, {*rough},
+  const auto motion = estimate_motion(correspondences(old_keyframe, new_keyframe, guided), camera, {*rough},
                                       adjustment, random);
-  result.loop.inliers = motion.inlier_count;
-  if (!motion.valid || motion.inlier_count < settings.min_inliers) return result;
-  result.check = LoopCheck::kVerified;
-  result.loop.T_old_new = motion.T_previous_current;
+  if (!motion.valid || motion.inlier_count < settings.min_inliers) return std::nullopt;
+  LoopMeasurement loop{old_keyframe.id, new_keyframe.id, motion.T_previous_current, motion.inlier_count};
   for (std::size_t i = 0; i < guided.size(); ++i) {
     const auto old_landmark = old_keyframe.points[guided[i].old_point].landmark;
     const auto new_landmark = new_keyframe.points[guided[i].new_point].landmark;
     if (motion.is_inlier[i] && old_landmark > 0 && new_landmark > 0) {
-      result.loop.same_landmarks.emplace_back(old_landmark, new_landmark);
+      loop.same_landmarks.emplace_back(old_landmark, new_landmark);
     }
   }
-  return result;
-}
-
-double mahalanobis_squared(const PoseGaussian& a, const PoseGaussian& b) {
-  return mahalanobis_squared(a.pose.boxminus(b.pose), a.covariance + b.covariance);
+  return loop;
 }
 
 Matrix6<double> gate_allowance(double length_m) {
@@ -176,7 +164,9 @@ std::vector<LoopMeasurement> LoopConsistency::add(const std::optional<LoopMeasur
         compose_first_order(relative(loop->old_keyframe, last.old_keyframe), last.T_old_new),
         relative(last.new_keyframe, loop->new_keyframe));
     const double tolerated = settings_.gate_scale * settings_.max_chi2;
-    if (mahalanobis_squared(expected, loop->T_old_new) > tolerated) agreeing_.clear();
+    const double distance2 = mahalanobis_squared(expected.pose.boxminus(loop->T_old_new.pose),
+                                                 expected.covariance + loop->T_old_new.covariance);
+    if (distance2 > tolerated) agreeing_.clear();
   }
   agreeing_.push_back(*loop);
   const auto needed = static_cast<std::size_t>(kConsecutiveLoops);

@@ -9,7 +9,7 @@
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/keyframes/keyframe.hpp"
+#include "stereo_slam/loop_closing/keyframe.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {
@@ -24,24 +24,17 @@ struct LoopMeasurement {
       same_landmarks{};  ///< ids in the old and in the new keyframe
 };
 
-/// Result of the check of a candidate: the first stage that failed, if any.
-enum class LoopCheck { kTooFewMatches, kNoPose, kTooFewInliers, kVerified };
-
-struct LoopVerification {
-  LoopCheck check = LoopCheck::kTooFewMatches;
-  int matches = 0;  ///< of descriptors
-  LoopMeasurement loop;
-};
-
-/// Measures the pose of a keyframe relative to an old one (sec. IV-F).
+/// Measures the pose of a keyframe relative to an old one (sec. IV-F); nothing if they do not show one place.
 ///
 /// Descriptors that are each other's best match give a pose by perspective-three-point with RANSAC, from the
 /// old keyframe's points and the new one's image (perspective_pose()). Guided matching then searches every
 /// old point where that pose predicts it. From the pairs of (u, v, d) the robust two-view adjustment of the
 /// odometry estimates the pose and its covariance. The same input gives the same bits.
-[[nodiscard]] LoopVerification verify_loop(const Keyframe& old_keyframe, const Keyframe& new_keyframe,
-                                           const StereoCamera& camera,
-                                           const LoopVerificationSettings& settings, std::uint64_t seed);
+[[nodiscard]] std::optional<LoopMeasurement> verify_loop(const Keyframe& old_keyframe,
+                                                         const Keyframe& new_keyframe,
+                                                         const StereoCamera& camera,
+                                                         const LoopVerificationSettings& settings,
+                                                         std::uint64_t seed);
 
 /// Keyframes in a row whose loops must agree (sec. IV-F).
 inline constexpr int kConsecutiveLoops = 3;
@@ -61,9 +54,6 @@ class LoopConsistency {
   LoopVerificationSettings settings_;
   std::vector<LoopMeasurement> agreeing_;
 };
-
-/// Squared Mahalanobis distance of two independent estimates of one pose, six degrees of freedom.
-[[nodiscard]] double mahalanobis_squared(const PoseGaussian& a, const PoseGaussian& b);
 
 /// Covariance that the gate on loops adds for systematic errors over a path of `length_m`, which the
 /// covariances of the estimates do not contain. The path is stretched in proportion to its length. It is also

@@ -99,8 +99,7 @@ class PerspectiveRansac {
   /// sample do. One sample, perhaps of points that are close together, determines it badly.
   [[nodiscard]] std::optional<Pose> adjusted() const {
     if (inliers() < 4) return std::nullopt;
-    const auto noise = [this](const StereoCorrespondence&) { return stereo_pixel_covariance(sigma_px_); };
-    const TwoViewAdjustment adjustment(correspondences_, camera_, T_previous_current_, noise);
+    const TwoViewAdjustment adjustment(correspondences_, camera_, T_previous_current_, sigma_px_);
     const auto solution = adjustment.solve(T_previous_current_, is_inlier_);
     return solution ? solution->pose : T_previous_current_;
   }

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "stereo_slam/core/differing_bits.hpp"
+#include "stereo_slam/core/descriptor.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -59,8 +59,6 @@ void prefetch(std::span<const TreeEntry> leaf) {
   return leaf;
 }
 
-[[nodiscard]] std::size_t distance_of_ids(std::size_t a, std::size_t b) { return a > b ? a - b : b - a; }
-
 }  // namespace
 
 PlaceRecognition::PlaceRecognition(const PlaceRecognitionSettings& settings) : settings_(settings) {
@@ -100,7 +98,6 @@ PlaceQuery PlaceRecognition::query(std::span<const KeyframePoint> points, std::s
         1.0 - std::log(static_cast<double>(std::max<std::size_t>(found.size(), 1))) / log_all;
     for (const std::uint32_t id : found) {
       all[id].score += weight / static_cast<double>(points.size());
-      ++all[id].votes;
     }
   }
   result.candidates = best_of(std::move(all));
@@ -112,12 +109,10 @@ std::vector<PlaceCandidate> PlaceRecognition::best_of(std::vector<PlaceCandidate
   std::vector<PlaceCandidate> best;
   std::stable_sort(all.begin(), all.end(), [](auto& a, auto& b) { return a.score > b.score; });
   for (const auto& candidate : all) {
-    if (best.size() >= static_cast<std::size_t>(kCandidates) || candidate.score < kMinScore ||
-        candidate.votes == 0) {
-      break;
-    }
+    if (best.size() >= static_cast<std::size_t>(kCandidates) || candidate.score < kMinScore) break;
     const bool shadowed = std::any_of(best.begin(), best.end(), [&](const auto& c) {
-      return distance_of_ids(c.keyframe, candidate.keyframe) <= kNeighbours;
+      const auto [first, last] = std::minmax(c.keyframe, candidate.keyframe);
+      return last - first <= kNeighbours;
     });
     if (!shadowed) best.push_back(candidate);
   }

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "stereo_slam/keyframes/keyframe.hpp"
 #include "stereo_slam/loop_closing/descriptor_tree.hpp"
+#include "stereo_slam/loop_closing/keyframe.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {
@@ -16,7 +16,6 @@ namespace stereo_slam {
 struct PlaceCandidate {
   std::size_t keyframe = 0;
   double score = 0.0;  ///< 0..1: share of the query's points that voted for it, rare ones counting more
-  int votes = 0;
 };
 
 struct PlaceQuery {

@@ -339,9 +339,6 @@ struct LoopPrediction::State {
 
 LoopPrediction::LoopPrediction(const PoseGraph& graph, const PoseGraphSettings& settings)
     : state_(new State{graph.poses, GraphInformation(graph, settings), graph.common_error_rad}) {}
-LoopPrediction::~LoopPrediction() = default;
-LoopPrediction::LoopPrediction(LoopPrediction&&) noexcept = default;
-LoopPrediction& LoopPrediction::operator=(LoopPrediction&&) noexcept = default;
 
 bool LoopPrediction::knows(std::size_t from, std::size_t to) const {
   return state_->information.knows(from) && state_->information.knows(to);
@@ -362,12 +359,11 @@ PoseGaussian LoopPrediction::relative_pose(std::size_t from, std::size_t to) con
   return LinkedPose{relative, J_common}.with_common_error(common_error_rad);
 }
 
-double LoopPrediction::mahalanobis_squared(const PoseGraphEdge& edge,
-                                           const CovarianceInflation& inflation) const {
+double LoopPrediction::mahalanobis_squared(const PoseGraphEdge& edge, double scale,
+                                           const Matrix6<double>& allowance) const {
   const PoseGaussian predicted = relative_pose(edge.from, edge.to);
   const Vector6<double> e = edge.T_from_to.pose.boxminus(predicted.pose);
-  const Matrix6<double> S =
-      inflation.scale * (predicted.covariance + edge.T_from_to.covariance) + inflation.covariance;
+  const Matrix6<double> S = scale * (predicted.covariance + edge.T_from_to.covariance) + allowance;
   return stereo_slam::mahalanobis_squared(e, S);
 }
 

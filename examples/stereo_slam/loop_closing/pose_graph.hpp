@@ -54,20 +54,11 @@ struct PoseGraphResult {
 /// the gauge, or if the covariances cannot be computed. The same input gives the same bits.
 [[nodiscard]] std::vector<LinkedPose> marginals(const PoseGraph& graph, const PoseGraphSettings& settings);
 
-/// Inflation of a covariance P to scale * P + covariance, for errors that P does not contain.
-struct CovarianceInflation {
-  double scale = 1.0;
-  Matrix6<double> covariance = Matrix6<double>::Zero();
-};
-
 /// What a graph, linearised at its poses, predicts about loops that it does not contain. The graph is
 /// decomposed once, in the constructor.
 class LoopPrediction {
  public:
   LoopPrediction(const PoseGraph& graph, const PoseGraphSettings& settings);
-  ~LoopPrediction();
-  LoopPrediction(LoopPrediction&&) noexcept;
-  LoopPrediction& operator=(LoopPrediction&&) noexcept;
 
   /// The relative pose of two nodes; its covariance contains the common error of the odometry, and accounts
   /// for the errors that both nodes share. Throws std::runtime_error unless knows().
@@ -77,15 +68,15 @@ class LoopPrediction {
   /// covariances can be computed. They cannot where parts of the graph are held by guesses alone.
   [[nodiscard]] bool knows(std::size_t from, std::size_t to) const;
 
-  /// Squared Mahalanobis distance of an edge from the predicted relative pose, six degrees of freedom.
-  /// Without inflation it is, to first order, what the edge would add to the sum of squares. Throws as
-  /// relative_pose().
-  [[nodiscard]] double mahalanobis_squared(const PoseGraphEdge& edge,
-                                           const CovarianceInflation& inflation = {}) const;
+  /// Squared Mahalanobis distance of an edge from the predicted relative pose, six degrees of freedom. For
+  /// errors that its covariance P does not contain, P becomes scale * P + allowance. Without them it is, to
+  /// first order, what the edge would add to the sum of squares. Throws as relative_pose().
+  [[nodiscard]] double mahalanobis_squared(const PoseGraphEdge& edge, double scale = 1.0,
+                                           const Matrix6<double>& allowance = Matrix6<double>::Zero()) const;
 
  private:
   struct State;
-  std::unique_ptr<const State> state_;
+  std::shared_ptr<const State> state_;
 };
 
 }  // namespace stereo_slam

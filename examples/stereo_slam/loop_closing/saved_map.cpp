@@ -143,18 +143,6 @@ void check_map_point(const MapPoint& point, std::size_t keyframes, std::string_v
 
 }  // namespace
 
-MapExtent extent_of(const SavedMap& map) {
-  if (map.keyframes.empty()) return {};
-  MapExtent extent{.keyframes = map.keyframes.size(),
-                   .segments = map.keyframes.back().segment + 1,
-                   .frames = map.keyframes.back().frame + 1};
-  for (const auto& keyframe : map.keyframes) {
-    for (const auto& point : keyframe.points) extent.landmarks = std::max(extent.landmarks, point.landmark);
-  }
-  for (const auto& point : map.points) extent.landmarks = std::max(extent.landmarks, point.landmark);
-  return extent;
-}
-
 void check_camera_of(const SavedMap& map, const StereoCamera& camera) {
   const auto parameters = [](const StereoCamera& c) {
     return std::array{c.fx, c.fy, c.cx, c.cy, c.fx * c.baseline_m};

@@ -2,12 +2,11 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <vector>
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/keyframes/keyframe.hpp"
+#include "stereo_slam/loop_closing/keyframe.hpp"
 #include "stereo_slam/loop_closing/pose_graph.hpp"
 #include "stereo_slam/rig/rectification_estimator.hpp"
 
@@ -21,17 +20,6 @@ struct SavedMap {
   std::vector<PoseGraphEdge> loops;  ///< accepted ones, between ids of keyframes
   std::vector<MapPoint> points;      ///< landmarks, as in map.ply
 };
-
-/// Numbers of keyframes, segments and frames in a map, and its largest landmark id: a run that starts with
-/// the map continues the ids from there.
-struct MapExtent {
-  std::size_t keyframes = 0;
-  std::size_t segments = 0;
-  std::size_t frames = 0;
-  std::uint32_t landmarks = 0;  ///< the largest landmark id
-};
-
-[[nodiscard]] MapExtent extent_of(const SavedMap& map);
 
 /// How a run uses the map that it starts with.
 enum class MapUse {

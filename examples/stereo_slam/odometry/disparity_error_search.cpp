@@ -8,11 +8,10 @@
 #include <Eigen/LU>
 
 #include <antipode/filters/robust_least_squares.hpp>
-#include <antipode/geometry/quaternion.hpp>
 
 #include "stereo_slam/core/pixel_noise.hpp"
-#include "stereo_slam/core/robust_loss.hpp"
 #include "stereo_slam/odometry/motion_in_left.hpp"
+#include "stereo_slam/odometry/two_view_adjustment.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -127,18 +126,15 @@ struct LinearisedPoints {
     for (const std::size_t i : about.agreeing) {
       const auto z = points.corrected(i, about.displacement_px);
       if (!z) continue;
-      const Vector3<double> p = T_current_previous * camera.back_project(*z);
-      const auto expected = camera.project(p);
+      const auto expected = seen_by_second(*z, T_current_previous, camera);
       if (!expected) continue;
-      const Eigen::Matrix<double, 2, 3> J_point = camera.projection_jacobian(p).topRows<2>();
-      const Vector2<double> by_disparity =
-          J_point * T_current_previous.rotation_matrix() * camera.back_projection_jacobian(*z).col(2);
+      const Vector2<double> by_disparity = expected->J_first.block<2, 1>(0, 2);
       antipode::Matrix<double, 2, PoseAndError::kDim> J;
-      J << J_point * antipode::skew(p), -J_point, by_disparity * points.by_displacement(i).transpose();
+      J << expected->J_motion.topRows<2>(), by_disparity * points.by_displacement(i).transpose();
       // The errors of a flow, and of a disparity, which has those of two positions.
       const Matrix2<double> S =
           sigma_px * sigma_px * (Matrix2<double>::Identity() + 2.0 * by_disparity * by_disparity.transpose());
-      const Vector2<double> innovation = points.current_px[i] - expected->head<2>();
+      const Vector2<double> innovation = points.current_px[i] - expected->z.head<2>();
       sums.add(Vector2<double>(innovation - J * x), Matrix2<double>(S.inverse()), J);
     }
   }

@@ -6,7 +6,7 @@
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/rig/shared_disparity_error.hpp"
+#include "stereo_slam/rig/image_displacement.hpp"
 
 namespace stereo_slam {
 

@@ -8,11 +8,11 @@
 #include <Eigen/LU>
 #include <opencv2/imgproc.hpp>
 
-#include <antipode/geometry/quaternion.hpp>
-
 #include "stereo_slam/core/opencv_points.hpp"
+#include "stereo_slam/core/parallel.hpp"
 #include "stereo_slam/frontend/patch_alignment.hpp"
 #include "stereo_slam/odometry/motion_in_left.hpp"
+#include "stereo_slam/odometry/two_view_adjustment.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -81,10 +81,8 @@ struct PointSearch {
   const auto followed = follow_in_left(all, pyramids, view, T_previous_current, settings);
   const PointSearch search{view, T_previous_current, min_texture(view.frame.left)};
   std::vector<std::optional<FoundPoint>> results(followed.size());
-  cv::parallel_for_(cv::Range(0, static_cast<int>(followed.size())), [&](const cv::Range& range) {
-    for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i)
-      results[i] = search.find(followed[i].previous, followed[i].left_px);
-  });
+  run_each(followed.size(),
+           [&](std::size_t i) { results[i] = search.find(followed[i].previous, followed[i].left_px); });
   std::vector<FoundPoint> found;
   for (const auto& result : results) {
     if (result) found.push_back(*result);
@@ -92,13 +90,8 @@ struct PointSearch {
   return found;
 }
 
-/// The motion that the positions in the left images show, and the points that agree with it.
-struct MotionInLeft {
-  Pose T_previous_current;
-  std::vector<FoundPoint> points;
-};
-
-[[nodiscard]] std::optional<MotionInLeft> motion_of_found(const std::vector<FoundPoint>& points,
+/// The motion that the positions in the left images show.
+[[nodiscard]] std::optional<AgreedMotion> motion_of_found(const std::vector<FoundPoint>& points,
                                                           const StereoCamera& camera) {
   std::vector<StereoPoint> previous;
   std::vector<Vector2<double>> current_px;
@@ -106,11 +99,7 @@ struct MotionInLeft {
     previous.push_back(point.previous);
     current_px.emplace_back(point.current.z.head<2>());
   }
-  const auto motion = motion_by_positions(previous, current_px, camera);
-  if (!motion) return std::nullopt;
-  MotionInLeft result{motion->T_previous_current, {}};
-  for (const std::size_t i : motion->agreeing) result.points.push_back(points[i]);
-  return result;
+  return motion_by_positions(previous, current_px, camera);
 }
 
 /// The points linearised at a motion.
@@ -118,19 +107,16 @@ struct MotionInLeft {
                                                             const Pose& T_previous_current,
                                                             const StereoCamera& camera, double sigma_px) {
   const Matrix3<double> S_inverse = (2.0 * stereo_pixel_covariance(sigma_px)).inverse();  // both are noisy
+  const Pose T_current_previous = T_previous_current.inverse();
   std::vector<DisplacementConstraint> constraints;
   for (const auto& point : points) {
-    const Vector3<double> p = T_previous_current.inverse() * camera.back_project(point.previous);
-    const auto expected = camera.project(p);
+    const auto expected = seen_by_second(point.previous, T_current_previous, camera);
     if (!expected) continue;
-    const Matrix3<double> J = camera.projection_jacobian(p);
-    DisplacementConstraint c{.innovation = point.current.z - *expected,
-                             .S_inverse = S_inverse,
-                             .J_pose = {},
-                             .row_error_px = point.current.row_error_px,
-                             .basis = ImageDisplacement::basis(point.right_px, camera)};
-    c.J_pose << J * antipode::skew(p), -J;
-    constraints.push_back(c);
+    constraints.push_back({.innovation = point.current.z - expected->z,
+                           .S_inverse = S_inverse,
+                           .J_pose = expected->J_motion,
+                           .row_error_px = point.current.row_error_px,
+                           .basis = ImageDisplacement::basis(point.right_px, camera)});
   }
   return constraints;
 }
@@ -147,13 +133,15 @@ std::optional<DisplacementEstimate> search_displacement(const std::vector<Stereo
   if (points.size() < kFewestAgreeing) return std::nullopt;
   const auto in_left = motion_of_found(points, view.camera);
   if (!in_left) return std::nullopt;
+  std::vector<FoundPoint> agreeing_in_left;
+  for (const std::size_t i : in_left->agreeing) agreeing_in_left.push_back(points[i]);
   DisplacementPrior prior;
   prior.information.diagonal().setConstant(1.0 / (kPriorSigma_px * kPriorSigma_px));
   Pose motion = in_left->T_previous_current;
   std::optional<DisplacementEstimate> estimate;
   for (int i = 0; i < kLinearisations; ++i) {
-    estimate = estimate_displacement(linearise(in_left->points, motion, view.camera, settings.pixel_sigma_px),
-                                     prior);
+    estimate = estimate_displacement(
+        linearise(agreeing_in_left, motion, view.camera, settings.pixel_sigma_px), prior);
     if (!estimate) return std::nullopt;
     motion = motion.boxplus(estimate->pose_change);
   }

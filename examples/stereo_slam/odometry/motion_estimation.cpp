@@ -18,14 +18,7 @@ constexpr double kWidestRotation_rad = 0.3;  // a rotation that is known less we
 [[nodiscard]] bool well_posed(const Matrix6<double>& covariance) {
   return covariance.allFinite() &&
          covariance.topLeftCorner<3, 3>().trace() < kWidestRotation_rad * kWidestRotation_rad &&
-         is_positive_definite(covariance);
-}
-
-[[nodiscard]] std::vector<std::uint8_t> flag_inliers(const std::vector<double>& distance2) {
-  std::vector<std::uint8_t> is_inlier(distance2.size());
-  std::transform(distance2.begin(), distance2.end(), is_inlier.begin(),
-                 [](double d) { return static_cast<std::uint8_t>(d < kChi2_3_99); });
-  return is_inlier;
+         inverse_of_definite(covariance);
 }
 
 /// A motion, and the correspondences that agree with it.
@@ -33,11 +26,6 @@ struct Hypothesis {
   Pose pose;
   double cost = std::numeric_limits<double>::infinity();  ///< minus twice the logarithm of its probability
   std::size_t inlier_count = 0;
-
-  /// Becomes the other one if that is better.
-  void compete(const Hypothesis& other) {
-    if (other.cost < cost) *this = other;
-  }
 };
 
 /// The correspondences that RANSAC chooses a motion by.
@@ -68,7 +56,9 @@ struct Voters {
     const double share = static_cast<double>(best.inlier_count) / static_cast<double>(count);
     if (iteration >= sufficient_draws(share) && !voters.expected.surprised_by(best.pose)) break;
     const auto pose = voters.adjustment.minimal_solution(draw_three(count, random), initial);
-    if (pose) best.compete(voters.judge(*pose));
+    if (!pose) continue;
+    const Hypothesis other = voters.judge(*pose);
+    if (other.cost < best.cost) best = other;
   }
   return best.pose;
 }
@@ -77,31 +67,26 @@ struct Voters {
 
 std::vector<std::uint8_t> agreement(std::span<const StereoCorrespondence> points, const StereoCamera& camera,
                                     const Pose& motion, const OdometrySettings& settings) {
-  const auto noise = [R = stereo_pixel_covariance(settings.pixel_sigma_px)](const StereoCorrespondence&) {
-    return R;
-  };
-  return flag_inliers(TwoViewAdjustment(points, camera, motion, noise).squared_distances(motion));
+  const TwoViewAdjustment adjustment(points, camera, motion, settings.pixel_sigma_px, /*own_noise=*/false);
+  std::vector<std::uint8_t> agrees;
+  for (const double distance2 : adjustment.squared_distances(motion))
+    agrees.push_back(distance2 < kChi2_3_99);
+  return agrees;
 }
 
-MotionEstimate estimate_motion(const MotionCorrespondences& correspondences, const StereoCamera& camera,
+MotionEstimate estimate_motion(std::span<const StereoCorrespondence> points, const StereoCamera& camera,
                                const ExpectedMotion& expected, const OdometrySettings& settings,
-                               std::mt19937_64& random) {
-  const auto& [points, static_points] = correspondences;
+                               std::mt19937_64& random, std::span<const StereoCorrespondence> static_points) {
   MotionEstimate result;
   result.T_previous_current.pose = expected.T_previous_current;
   result.is_inlier.assign(points.size(), 0);
   const auto required = static_cast<std::size_t>(std::max(3, settings.min_inliers));
   if (points.size() < required) return result;
 
-  const TwoViewAdjustment::NoiseOf equal_noise = [&settings](const StereoCorrespondence&) {
-    return stereo_pixel_covariance(settings.pixel_sigma_px);
-  };
-  const TwoViewAdjustment::NoiseOf own_noise = [&equal_noise](const StereoCorrespondence& c) {
-    return c.R ? *c.R : equal_noise(c);
-  };
   std::vector<StereoCorrespondence> all(points.begin(), points.end());
   all.insert(all.end(), static_points.begin(), static_points.end());
-  const TwoViewAdjustment rough(all, camera, expected.T_previous_current, equal_noise);
+  const TwoViewAdjustment rough(all, camera, expected.T_previous_current, settings.pixel_sigma_px,
+                                /*own_noise=*/false);
   Pose pose = ransac({all, rough, expected}, settings.ransac_iterations, random);
   result.surprising = expected.surprised_by(pose);
 
@@ -111,7 +96,7 @@ MotionEstimate estimate_motion(const MotionCorrespondences& correspondences, con
     result.is_inlier = agreement(points, camera, pose, settings);
     result.inlier_count = static_cast<int>(std::count(result.is_inlier.begin(), result.is_inlier.end(), 1));
     if (result.inlier_count < static_cast<int>(required)) return result;
-    solution = TwoViewAdjustment(points, camera, pose, own_noise).solve(pose, result.is_inlier);
+    solution = TwoViewAdjustment(points, camera, pose, settings.pixel_sigma_px).solve(pose, result.is_inlier);
     if (!solution) return result;
     pose = solution->pose;
   }

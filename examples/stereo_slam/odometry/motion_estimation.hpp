@@ -14,13 +14,6 @@
 
 namespace stereo_slam {
 
-/// What a motion is estimated from.
-struct MotionCorrespondences {
-  std::span<const StereoCorrespondence> points;  ///< the motion is fitted to the inliers among them
-  std::span<const StereoCorrespondence>
-      static_points{};  ///< they help to choose the inliers and have no other weight
-};
-
 /// Motion between two stereo frames.
 struct MotionEstimate {
   bool valid = false;  ///< enough inliers and a well-posed solution
@@ -38,15 +31,17 @@ struct MotionEstimate {
 /// Relative pose of two stereo frames.
 ///
 /// RANSAC over three correspondences finds the inliers, with the noise settings.pixel_sigma_px for all
-/// points. A two-view adjustment of the inliers, with each point's own noise, gives the motion.
+/// points. A two-view adjustment of the inliers, with each point's own noise, gives the motion. The
+/// `static_points` help to choose the inliers and have no other weight.
 ///
 /// The largest consistent set may be that of a moving lorry. RANSAC therefore finds the most probable motion:
 /// that with the smallest sum of truncated squared distances, each times the point's static_evidence, and of
 /// the squared distance from the expected motion, up to ExpectedMotion::kSurprise. The points of one vehicle
 /// err together, so that each of them is no proof of its own: a square of a standard deviation of the
 /// expected motion counts as much as an outlier. Where nothing is expected, the larger set wins.
-[[nodiscard]] MotionEstimate estimate_motion(const MotionCorrespondences& correspondences,
+[[nodiscard]] MotionEstimate estimate_motion(std::span<const StereoCorrespondence> points,
                                              const StereoCamera& camera, const ExpectedMotion& expected,
-                                             const OdometrySettings& settings, std::mt19937_64& random);
+                                             const OdometrySettings& settings, std::mt19937_64& random,
+                                             std::span<const StereoCorrespondence> static_points = {});
 
 }  // namespace stereo_slam

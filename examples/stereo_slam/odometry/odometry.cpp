@@ -89,7 +89,7 @@ struct MotionOfTracks {
   result.tracks = std::move(tracks);
   result.matches = correspondences(result.tracks.points());
   std::mt19937_64 random(settings.seed + view.frame.index);
-  result.motion = estimate_motion({result.matches}, view.camera, expected, settings.odometry, random);
+  result.motion = estimate_motion(result.matches, view.camera, expected, settings.odometry, random);
   return result;
 }
 
@@ -130,7 +130,7 @@ struct MotionOfTracks {
     if (!measured.motion.is_inlier[i]) others.push_back(measured.matches[i]);
   }
   std::mt19937_64 random(settings.seed + view.frame.index);
-  const auto motion = estimate_motion({others}, view.camera, {measured.pose()}, settings.odometry, random);
+  const auto motion = estimate_motion(others, view.camera, {measured.pose()}, settings.odometry, random);
   if (!motion.valid) return std::nullopt;
   Settings fit_this_one = settings;
   fit_this_one.odometry.ransac_iterations = 0;
@@ -178,7 +178,7 @@ OdometryResult odometry_from_circle(const ConsecutivePyramids& pyramids, const O
   const auto static_matches = follow(thin_out(points.static_points, kMaxStaticPoints));
   std::mt19937_64 random(settings.seed + view.frame.index);
   const auto motion =
-      estimate_motion({matches, static_matches}, view.camera, expected, settings.odometry, random);
+      estimate_motion(matches, view.camera, expected, settings.odometry, random, static_matches);
   OdometryResult result{motion.valid, motion.T_previous_current, {}, motion.surprising, {}};
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (motion.is_inlier[i]) result.inliers.push_back(matches[i]);

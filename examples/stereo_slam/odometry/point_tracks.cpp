@@ -9,6 +9,7 @@
 
 #include "stereo_slam/core/chi_square.hpp"
 #include "stereo_slam/core/opencv_points.hpp"
+#include "stereo_slam/core/parallel.hpp"
 #include "stereo_slam/core/pixel_noise.hpp"
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/frontend/patch_alignment.hpp"
@@ -33,13 +34,6 @@ struct PointMeasurement {
   const StereoView& view;
   const OdometrySettings& settings;
   double previous_texture, texture;  // least texture of a patch of the previous and of the current left image
-
-  PointMeasurement(const cv::Mat& previous, const StereoView& current, const OdometrySettings& rules)
-      : previous_left(previous),
-        view(current),
-        settings(rules),
-        previous_texture(min_texture(previous)),
-        texture(min_texture(current.frame.left)) {}
 
   /// Search for the point that was at `previous_px`, from `start_px` on; there is no measurement if its
   /// patches do not agree.
@@ -103,24 +97,23 @@ RightImageFit PointTracks::follow(const ConsecutivePyramids& pyramids, const Ste
   }
   const auto flow = track_points(pyramids.previous.left, pyramids.current.left, from, guess,
                                  {.window_px = settings.window_px, .max_level = settings.pyramid_levels - 1});
-  const PointMeasurement measurement(pyramids.previous.left.image(), view, settings);
+  const cv::Mat& previous_left = pyramids.previous.left.image();
+  const PointMeasurement measurement{previous_left, view, settings, min_texture(previous_left),
+                                     min_texture(view.frame.left)};
   std::vector<PairSearch> searches(points_.size());
   std::vector<std::uint8_t> found(points_.size());
-  cv::parallel_for_(cv::Range(0, static_cast<int>(points_.size())), [&](const cv::Range& range) {
-    for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i) {
-      if (!flow.found[i]) continue;
-      TrackedPoint& point = points_[i];
-      const auto [search, measured] =
-          measurement.measure(point.left_px, to_eigen(flow.points[i]), expected[i]);
-      searches[i] = search;
-      if (!measured) continue;
-      found[i] = 1;
-      point.previous = point.z;
-      point.z = measured->z;
-      point.left_px = measured->left_px;
-      point.R = measured->covariance_px2;
-      point.disparity_slope = expected[i].plane.disparity_slope;
-    }
+  run_each(points_.size(), [&](std::size_t i) {
+    if (!flow.found[i]) return;
+    TrackedPoint& point = points_[i];
+    const auto [search, measured] = measurement.measure(point.left_px, to_eigen(flow.points[i]), expected[i]);
+    searches[i] = search;
+    if (!measured) return;
+    found[i] = 1;
+    point.previous = point.z;
+    point.z = measured->z;
+    point.left_px = measured->left_px;
+    point.R = measured->covariance_px2;
+    point.disparity_slope = expected[i].plane.disparity_slope;
   });
   keep(found);
   return fit_of(searches);

@@ -11,102 +11,79 @@
 #include <antipode/geometry/chart.hpp>
 #include <antipode/geometry/quaternion.hpp>
 
-#include "stereo_slam/core/robust_loss.hpp"
+#include "stereo_slam/core/pixel_noise.hpp"
 
 namespace stereo_slam {
 namespace {
 
 constexpr double kMinDisparity_px = 0.05;
 
-/// A correspondence linearised at a pose and a point.
-struct Linearization {
-  Vector3<double> innovation;          // of the current measurement, for the point at its first measurement
-  Eigen::Matrix<double, 3, 6> J_pose;  // d z_current / d xi, right perturbation (rotation, translation)
-  Matrix3<double> J_point;             // d z_current / d (u, v, d) of the point in the previous frame
-};
-
-/// Nothing when the point is not in front of the current camera.
-[[nodiscard]] std::optional<Linearization> linearize(const StereoCorrespondence& c, const StereoPoint& point,
-                                                     const Pose& T_current_previous,
-                                                     const StereoCamera& camera) {
-  const Vector3<double> p_previous = camera.back_project(point);
-  const Vector3<double> p_current = T_current_previous * p_previous;
-  const auto z = camera.project(p_current);
-  if (!z) return std::nullopt;
-  const Matrix3<double> J_projection = camera.projection_jacobian(p_current);
-  Linearization result;
-  result.J_pose.leftCols<3>() = J_projection * antipode::skew(p_current);
-  result.J_pose.rightCols<3>() = -J_projection;
-  result.J_point =
-      J_projection * T_current_previous.rotation_matrix() * camera.back_projection_jacobian(point);
-  result.innovation = c.current - *z + result.J_point * (point - c.previous);
-  return result;
+/// The innovation of the current measurement, for the point at its first measurement; `seen` is the point
+/// where it is now.
+[[nodiscard]] Vector3<double> innovation_of(const StereoCorrespondence& c, const StereoPoint& point,
+                                            const PointInSecond& seen) {
+  return c.current - seen.z + seen.J_first * (point - c.previous);
 }
 
-[[nodiscard]] Matrix3<double> innovation_covariance(const Linearization& l, const Matrix3<double>& R) {
-  return R + l.J_point * R * l.J_point.transpose();
+[[nodiscard]] Matrix3<double> innovation_covariance(const PointInSecond& seen, const Matrix3<double>& R) {
+  return R + seen.J_first * R * seen.J_first.transpose();
 }
-
-/// The correspondences of an adjustment, with the covariance of each measurement, and the inverse of that of
-/// each innovation at the initial motion.
-struct Problem {
-  std::span<const StereoCorrespondence> correspondences;
-  const StereoCamera& camera;
-  const std::vector<Matrix3<double>>& R;
-  const std::vector<Matrix3<double>>& S_inverse;
-  const std::vector<std::uint8_t>& is_used;
-};
-
-/// The motion at which the covariances of the innovations are computed.
-enum class CovarianceAt {
-  kInitial,   ///< once; the initial motion is nearly always close enough
-  kEstimate,  ///< anew in each step
-};
 
 /// The correspondences as measurements of the motion. The points in between are eliminated: each is where it
 /// fits best at the motion of the last evaluation.
-class EliminatedPoints {
- public:
-  explicit EliminatedPoints(const Problem& problem) : problem_(&problem) {
-    points_.reserve(problem.correspondences.size());
-    for (const auto& c : problem.correspondences) points_.push_back(c.previous);
-  }
-  void compute_covariances(CovarianceAt at) { covariance_at_ = at; }
+struct EliminatedPoints {
+  std::span<const StereoCorrespondence> correspondences;
+  const StereoCamera& camera;
+  const std::vector<Matrix3<double>>& R;          // of each measurement
+  const std::vector<Matrix3<double>>& S_inverse;  // of each innovation, at the initial motion
+  const std::vector<std::uint8_t>& is_used;
+  std::vector<StereoPoint>& points;  // in the previous frame
+  /// Whether the covariances of the innovations are computed anew in each step. The initial motion is nearly
+  /// always close enough.
+  bool recomputes_S = false;
 
   template <class Sums>
   void operator()(const Pose& T_previous_current, Sums& sums) const {
-    const auto& [correspondences, camera, R, S_inverse, is_used] = *problem_;
     const Pose T_current_previous = T_previous_current.inverse();
-    for (std::size_t i = 0; i < points_.size(); ++i) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
       if (!is_used[i]) continue;
-      const auto l = linearize(correspondences[i], points_[i], T_current_previous, camera);
-      if (!l) continue;
+      const auto seen = seen_by_second(points[i], T_current_previous, camera);
+      if (!seen) continue;
+      const Vector3<double> innovation = innovation_of(correspondences[i], points[i], *seen);
       const Matrix3<double> information =
-          covariance_at_ == CovarianceAt::kInitial ? S_inverse[i] : innovation_covariance(*l, R[i]).inverse();
-      sums.add(l->innovation, information, l->J_pose);
-      points_[i] = correspondences[i].previous + R[i] * l->J_point.transpose() * information * l->innovation;
-      points_[i].z() = std::max(points_[i].z(), kMinDisparity_px);
+          recomputes_S ? Matrix3<double>(innovation_covariance(*seen, R[i]).inverse()) : S_inverse[i];
+      sums.add(innovation, information, seen->J_motion);
+      points[i] = correspondences[i].previous + R[i] * seen->J_first.transpose() * information * innovation;
+      points[i].z() = std::max(points[i].z(), kMinDisparity_px);
     }
   }
-
- private:
-  const Problem* problem_;
-  CovarianceAt covariance_at_ = CovarianceAt::kInitial;
-  mutable std::vector<StereoPoint> points_;  // in the previous frame
 };
 
 }  // namespace
 
+std::optional<PointInSecond> seen_by_second(const StereoPoint& first, const Pose& T_second_first,
+                                            const StereoCamera& camera) {
+  const Vector3<double> p = T_second_first * camera.back_project(first);
+  const auto z = camera.project(p);
+  if (!z) return std::nullopt;
+  const Matrix3<double> J = camera.projection_jacobian(p);
+  PointInSecond seen{*z, {}, J * T_second_first.rotation_matrix() * camera.back_projection_jacobian(first)};
+  seen.J_motion << J * antipode::skew(p), -J;
+  return seen;
+}
+
 TwoViewAdjustment::TwoViewAdjustment(std::span<const StereoCorrespondence> correspondences,
-                                     const StereoCamera& camera, const Pose& initial, const NoiseOf& noise)
+                                     const StereoCamera& camera, const Pose& initial, double sigma_px,
+                                     bool own_noise)
     : correspondences_(correspondences), camera_(camera) {
+  const Matrix3<double> equal_noise = stereo_pixel_covariance(sigma_px);
   const Pose T_current_previous = initial.inverse();
   R_.reserve(correspondences.size());
   S_inverse_.reserve(correspondences.size());
   for (const auto& c : correspondences) {
-    const Matrix3<double>& R = R_.emplace_back(noise(c));
-    const auto l = linearize(c, c.previous, T_current_previous, camera_);
-    const Matrix3<double> S = l ? innovation_covariance(*l, R) : Matrix3<double>(2.0 * R);
+    const Matrix3<double>& R = R_.emplace_back(own_noise ? c.R.value_or(equal_noise) : equal_noise);
+    const auto seen = seen_by_second(c.previous, T_current_previous, camera_);
+    const Matrix3<double> S = seen ? innovation_covariance(*seen, R) : Matrix3<double>(2.0 * R);
     S_inverse_.push_back(S.inverse());
   }
 }
@@ -121,10 +98,10 @@ std::optional<Pose> TwoViewAdjustment::minimal_solution(const std::array<std::si
     antipode::WeightedSums<double, 6> sums;
     const Pose T_current_previous = pose.inverse();
     for (const std::size_t i : sample) {
-      const auto l =
-          linearize(correspondences_[i], correspondences_[i].previous, T_current_previous, camera_);
-      if (!l) return std::nullopt;
-      sums.add(l->innovation, S_inverse_[i], l->J_pose);
+      const StereoCorrespondence& c = correspondences_[i];
+      const auto seen = seen_by_second(c.previous, T_current_previous, camera_);
+      if (!seen) return std::nullopt;
+      sums.add(innovation_of(c, c.previous, *seen), S_inverse_[i], seen->J_motion);
     }
     const auto root = sums.root();
     if (!root) return std::nullopt;
@@ -159,12 +136,14 @@ std::optional<PoseGaussian> TwoViewAdjustment::solve(const Pose& initial,
                                                       .covariance = antipode::CovarianceFrom::kResiduals,
                                                       .check_modes = false};
   using Poses = antipode::ScrewChart<double>;
-  const Problem problem{correspondences_, camera_, R_, S_inverse_, is_used};
-  EliminatedPoints points(problem);
-  auto fit = antipode::robust_least_squares<Poses>(initial, points, kOutlierLoss, options);
+  std::vector<StereoPoint> points;
+  points.reserve(correspondences_.size());
+  for (const auto& c : correspondences_) points.push_back(c.previous);
+  EliminatedPoints model{correspondences_, camera_, R_, S_inverse_, is_used, points};
+  auto fit = antipode::robust_least_squares<Poses>(initial, model, kOutlierLoss, options);
   if (fit.status == antipode::LeastSquaresStatus::kNotSettled) {
-    points.compute_covariances(CovarianceAt::kEstimate);
-    fit = antipode::robust_least_squares<Poses>(fit.state, points, kOutlierLoss, options);
+    model.recomputes_S = true;
+    fit = antipode::robust_least_squares<Poses>(fit.state, model, kOutlierLoss, options);
   }
   if (!fit.covariance.allFinite()) return std::nullopt;
   return PoseGaussian{fit.state, fit.covariance};

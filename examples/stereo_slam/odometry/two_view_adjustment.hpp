@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -18,9 +17,21 @@ namespace stereo_slam {
 struct StereoCorrespondence {
   StereoPoint previous;
   StereoPoint current;
-  std::optional<Matrix3<double>> R = {};  ///< covariance of each measurement, px^2; else by the settings
+  std::optional<Matrix3<double>> R = {};  ///< covariance of each measurement, px^2; else that of all
   double static_evidence = 1.0;           ///< how much it tells of the camera, as multiples of a new point
 };
+
+/// A point that a first camera measured, as a second one sees it.
+struct PointInSecond {
+  StereoPoint z;
+  Eigen::Matrix<double, 3, 6> J_motion;  ///< d z / d T_first_second, right perturbation
+  Matrix3<double> J_first;               ///< d z / d (u, v, d) in the first camera
+};
+
+/// Nothing if the point is not in front of the second camera.
+[[nodiscard]] std::optional<PointInSecond> seen_by_second(const StereoPoint& first,
+                                                          const Pose& T_second_first,
+                                                          const StereoCamera& camera);
 
 /// Positions in the current left image.
 [[nodiscard]] inline std::vector<Vector2<double>> positions(const std::vector<StereoCorrespondence>& points) {
@@ -40,11 +51,9 @@ struct StereoCorrespondence {
 /// noise, they are computed anew in each step. Keeps references to the correspondences and the camera.
 class TwoViewAdjustment {
  public:
-  /// Covariance of each of the two measurements of a point, px^2.
-  using NoiseOf = std::function<Matrix3<double>(const StereoCorrespondence&)>;
-
+  /// Measurements have the noise `sigma_px`; if `own_noise`, those with a covariance have that.
   TwoViewAdjustment(std::span<const StereoCorrespondence> correspondences, const StereoCamera& camera,
-                    const Pose& initial, const NoiseOf& noise);
+                    const Pose& initial, double sigma_px, bool own_noise = true);
 
   /// The motion that three correspondences give, by Gauss-Newton steps from `initial`. The points are taken
   /// as measured in the previous frame. Nothing if the three do not determine the motion.

@@ -5,8 +5,6 @@
 #include <array>
 #include <cmath>
 
-#include <Eigen/Cholesky>
-
 namespace stereo_slam {
 namespace {
 
@@ -36,12 +34,9 @@ constexpr std::size_t kLongestWindow = 8;  // motions
 
 /// The estimate without most of what is known of the errors that hardly show in the rows.
 [[nodiscard]] Evidence forgotten(const Evidence& estimate, double sigma_px = kTurnSigma_px) {
-  Information covariance = estimate.information.ldlt().solve(Information::Identity());
-  for (const int term : kUnseenTerms) covariance(term, term) += sigma_px * sigma_px;
-  Evidence result;
-  result.information = covariance.ldlt().solve(Information::Identity());
-  result.vector = result.information * estimate.mean();
-  return result;
+  Information turn = Information::Zero();
+  for (const int term : kUnseenTerms) turn(term, term) = sigma_px * sigma_px;
+  return widened(estimate, turn);
 }
 
 /// Root mean square over a row of the image.
@@ -149,13 +144,6 @@ void CameraErrors::begin_with(const Coefficients& error, const Information& cova
   now.vector += now.information * error;
   begin_again(now);
   diffuse(covariance);
-}
-
-void CameraErrors::diffuse(const Information& covariance) {
-  const Coefficients mean = everything_.mean();
-  const Information wider = everything_.information.ldlt().solve(Information::Identity()) + covariance;
-  everything_.information = wider.ldlt().solve(Information::Identity());
-  everything_.vector = everything_.information * mean;
 }
 
 /// The most likely turn of the right camera before one of the last motions.

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include <Eigen/Core>
+#include <Eigen/Cholesky>
 
 #include <antipode/distributions/gaussian_information.hpp>
 
@@ -13,6 +13,17 @@
 #include "stereo_slam/rig/lens_residual.hpp"
 
 namespace stereo_slam {
+
+/// What is known after a change by an error with this covariance.
+template <int N>
+[[nodiscard]] antipode::GaussianInformation<double, N> widened(
+    const antipode::GaussianInformation<double, N>& before, const antipode::Matrix<double, N>& covariance) {
+  using Square = antipode::Matrix<double, N>;
+  const Square wider = before.information.ldlt().solve(Square::Identity()) + covariance;
+  antipode::GaussianInformation<double, N> after{wider.ldlt().solve(Square::Identity())};
+  after.vector = after.information * before.mean();
+  return after;
+}
 
 /// The Gaussian estimate of the errors that only motions show: the disparity offset, which is the horizontal
 /// part of a RectificationResidual, and the lenses' LensResidual.
@@ -82,7 +93,7 @@ class CameraErrors {
   void begin_with(const Coefficients& error, const Information& covariance);
 
   /// Forgets a part: the coefficients have changed by an error with this covariance, px^2.
-  void diffuse(const Information& covariance);
+  void diffuse(const Information& covariance) { everything_ = widened(everything_, covariance); }
 
   /// Whether it contains an error that is larger than the rows suggest.
   [[nodiscard]] bool has_large_error() const noexcept { return has_large_error_; }

@@ -13,7 +13,6 @@
 #include "stereo_slam/core/chi_square.hpp"
 #include "stereo_slam/core/median.hpp"
 #include "stereo_slam/core/pixel_noise.hpp"
-#include "stereo_slam/core/robust_loss.hpp"
 #include "stereo_slam/core/symmetric_solve.hpp"
 
 namespace stereo_slam {

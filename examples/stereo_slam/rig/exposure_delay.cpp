@@ -10,7 +10,6 @@
 #include <antipode/filters/robust_least_squares.hpp>
 
 #include "stereo_slam/core/pixel_noise.hpp"
-#include "stereo_slam/core/robust_loss.hpp"
 #include "stereo_slam/rig/image_displacement.hpp"
 
 namespace stereo_slam {

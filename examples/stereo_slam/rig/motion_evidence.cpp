@@ -4,7 +4,7 @@
 #include <antipode/filters/robust_noise.hpp>
 #include <antipode/filters/weighted_sums.hpp>
 
-#include "stereo_slam/core/robust_loss.hpp"
+#include "stereo_slam/core/pixel_noise.hpp"
 #include "stereo_slam/rig/image_displacement.hpp"
 
 namespace stereo_slam {

@@ -11,7 +11,6 @@
 #include "stereo_slam/core/median.hpp"
 #include "stereo_slam/core/pixel_noise.hpp"
 #include "stereo_slam/core/robust_line.hpp"
-#include "stereo_slam/core/robust_loss.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -97,12 +96,8 @@ RectificationEstimator RectificationEstimator::after_drift(const StereoCamera& c
   RectificationEstimator estimator = resumed(camera, settings, estimate);
   estimator.disparity_.resume({estimate.disparity_information, estimate.disparity_vector},
                               terms.disparity * drift * terms.disparity.transpose());
-  using Information = RectificationEstimate::Information;
-  const RectificationEstimate::Basis mean = estimator.rows_.mean();
-  const Information wider = estimator.rows_.information.ldlt().solve(Information::Identity()) +
-                            terms.rows * drift * terms.rows.transpose();
-  estimator.rows_.information = wider.ldlt().solve(Information::Identity());
-  estimator.rows_.vector = estimator.rows_.information * mean;
+  const RectificationEstimate::Information of_rows = terms.rows * drift * terms.rows.transpose();
+  estimator.rows_ = widened(estimator.rows_, of_rows);
   estimator.learned_rows_ = estimator.rows_;
   return estimator;
 }

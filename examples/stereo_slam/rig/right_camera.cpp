@@ -11,13 +11,6 @@
 
 namespace stereo_slam {
 
-RightCamera RightCamera::resumed(const StereoCamera& camera, const OnlineRectificationSettings& settings,
-                                 const RectificationEstimate& learned) {
-  RightCamera right(camera, settings);
-  right.rectification_ = RectificationEstimator::after_drift(camera, settings, learned);
-  return right;
-}
-
 /// How a frame is seen whose right image is so.
 RectificationResidual RightCamera::geometry(const RightImageState& image) const {
   const RectificationResidual at_once = rectification_.current().displaced(image.displacement);

@@ -14,7 +14,6 @@
 #include "stereo_slam/rig/rectification_estimator.hpp"
 #include "stereo_slam/rig/right_image_monitor.hpp"
 #include "stereo_slam/rig/seen_motion.hpp"
-#include "stereo_slam/rig/shared_disparity_error.hpp"
 #include "stereo_slam/rig/stereo_view.hpp"
 #include "stereo_slam/rig/vibration.hpp"
 #include "stereo_slam/settings/settings.hpp"
@@ -50,9 +49,9 @@ class RightCamera {
       : camera_(camera), settings_(settings), rectification_(camera, settings) {}
 
   /// Goes on from what an earlier run learned, with the drift that is possible since then.
-  [[nodiscard]] static RightCamera resumed(const StereoCamera& camera,
-                                           const OnlineRectificationSettings& settings,
-                                           const RectificationEstimate& learned);
+  void resume(const RectificationEstimate& learned) {
+    rectification_ = RectificationEstimator::after_drift(camera_, settings_, learned);
+  }
   /// Begins with a delay of the right images that is known from elsewhere.
   void begin_with_delay(const DelayEstimate& known) {
     if (settings_.enabled) rectification_.begin_with_delay(known);

@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "stereo_slam/core/thread_priority.hpp"
+#include "stereo_slam/core/parallel.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/report/thumbnails.hpp"
 

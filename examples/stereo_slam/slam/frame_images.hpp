@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <utility>
 
@@ -20,7 +21,16 @@ struct PreviousFrame {
   std::size_t matches = 0;   ///< landmarks that were found in it
 
   /// Whether a frame has a bit-identical left image, such as a camera that hangs delivers.
-  [[nodiscard]] bool repeated_by(const StereoFrame& frame) const;
+  [[nodiscard]] bool repeated_by(const StereoFrame& frame) const {
+    if (pyramids.left.empty()) return false;
+    const cv::Mat& left = pyramids.left.image();
+    if (left.size() != frame.left.size()) return false;
+    // Row by row: images that differ mostly differ in their first row.
+    for (int row = 0; row < left.rows; ++row) {
+      if (!std::equal(left.ptr(row), left.ptr(row) + left.cols, frame.left.ptr(row))) return false;
+    }
+    return true;
+  }
 
   /// Whether this is the last of `frames` frames: none was passed over since.
   [[nodiscard]] bool is_last_of(std::size_t frames) const noexcept { return position + 1 == frames; }
@@ -42,11 +52,13 @@ struct FrameImages {
   StereoFeatures features = {};  ///< of the whole images, if landmarks are matched by descriptors
 };
 
-/// The result of a frame of which nothing is known yet.
-[[nodiscard]] FrameResult empty_result(const StereoFrame& frame);
-
 /// Builds the pyramids of a frame, in the memory of previous.before. `features` stays empty.
-[[nodiscard]] FrameImages prepare_images(const StereoFrame& frame, PyramidSides sides,
-                                         PreviousFrame& previous);
+[[nodiscard]] inline FrameImages prepare_images(const StereoFrame& frame, PyramidSides sides,
+                                                PreviousFrame& previous) {
+  StereoPyramid pyramids = build_pyramids(frame, sides, std::move(previous.before));
+  StereoPyramid flow_pyramids =
+      previous.pyramids.left.empty() ? pyramids : as_bright_as(previous.pyramids, pyramids, frame);
+  return {frame, std::move(pyramids), std::move(flow_pyramids), CornerDetector(frame.left)};
+}
 
 }  // namespace stereo_slam

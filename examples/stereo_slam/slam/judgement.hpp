@@ -19,10 +19,24 @@ struct FrameEvidence {
 };
 
 /// Whether the pose is measured in a map that was lost before.
-[[nodiscard]] bool found_again(PoseBasis basis, bool after_loss);
+[[nodiscard]] inline bool found_again(PoseBasis basis, bool after_loss) {
+  return basis == PoseBasis::kKeyframe || (basis == PoseBasis::kLandmarks && after_loss);
+}
 
 /// The status of a frame. A frame that is measured in the map again after a loss is kRelocalised, even if few
 /// landmarks tell or the scene is repetitive; its reasons say so.
-[[nodiscard]] TrackingStatus judge(const FrameEvidence& evidence);
+[[nodiscard]] inline TrackingStatus judge(const FrameEvidence& evidence) {
+  const WeakReasons& weak = evidence.weak;
+  if (!evidence.begins_map && evidence.basis == PoseBasis::kNothing)
+    return evidence.waits ? TrackingStatus::kWeak : TrackingStatus::kLost;
+  if (evidence.segment_localised) return TrackingStatus::kRelocalised;
+  const bool place_unknown = weak.segment_not_localised && !evidence.segment_predicted;
+  if (weak.right_image_unfit || weak.right_camera_turned || place_unknown) return TrackingStatus::kWeak;
+  if (evidence.begins_map) return TrackingStatus::kInitializing;
+  if (found_again(evidence.basis, evidence.after_loss)) return TrackingStatus::kRelocalised;
+  const bool doubtful = weak.odometry_alone || weak.imu_alone || weak.imu_contradicted ||
+                        weak.few_landmarks || weak.repetitive_scene;
+  return doubtful ? TrackingStatus::kWeak : TrackingStatus::kOk;
+}
 
 }  // namespace stereo_slam

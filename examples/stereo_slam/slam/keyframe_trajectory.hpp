@@ -6,7 +6,7 @@
 
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/keyframes/keyframe.hpp"
+#include "stereo_slam/loop_closing/keyframe.hpp"
 #include "stereo_slam/rig/seen_motion.hpp"
 
 namespace stereo_slam {
@@ -53,6 +53,8 @@ class KeyframeTrajectory {
   [[nodiscard]] std::vector<Pose> motions() const;
 
   [[nodiscard]] std::size_t frames() const noexcept { return frames_.size(); }
+  /// T_keyframe_camera of the last frame.
+  [[nodiscard]] const Pose& T_keyframe_last() const { return frames_.back().T_keyframe_camera.pose; }
   /// Id of the reference keyframe.
   [[nodiscard]] std::size_t reference() const noexcept { return keyframes_.size() - 1; }
   /// Index of the input frame that became the reference keyframe.
@@ -97,5 +99,13 @@ class KeyframeTrajectory {
   std::vector<FramePose> frames_;
   Pose T_odometry_keyframe_ = Pose::identity();  // the reference keyframe without loop corrections
 };
+
+/// Distributes the prediction error over untracked frames.
+///
+/// Untracked frames were predicted from the tracked frame before them. Each takes a share of the error at the
+/// next tracked frame, in proportion to the standard deviation of its predicted position, and its covariance
+/// is interpolated between its own and that of the tracked frame. Untracked frames at the end keep their
+/// predicted poses. `tracked` has one value a pose.
+void bridge_untracked(std::vector<PoseGaussian>& T_world_camera, const std::vector<bool>& tracked);
 
 }  // namespace stereo_slam

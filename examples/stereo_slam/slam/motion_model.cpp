@@ -43,8 +43,8 @@ void MotionModel::learn(const TrackedPose& tracked, const PoseGaussian& T_keyfra
                         const Pose& T_keyframe_previous, bool after_loss, std::int64_t stamp_ns) {
   if (!tracked.measured()) {
     velocity_.unmeasured(stamp_ns);
-  } else if (tracked.basis == PoseBasis::kLandmarks && !after_loss) {
-    velocity_.measured(stamp_ns, T_keyframe_previous.inverse() * tracked.posterior.pose);
+  } else if (tracked.basis() == PoseBasis::kLandmarks && !after_loss) {
+    velocity_.measured(stamp_ns, T_keyframe_previous.inverse() * tracked.update.posterior.pose);
   } else if (tracked.odometry.valid) {
     velocity_.measured(stamp_ns, tracked.odometry.T_previous_current.pose);
   } else {
@@ -56,8 +56,8 @@ void MotionModel::learn(const TrackedPose& tracked, const PoseGaussian& T_keyfra
 void MotionModel::learn_inertially(const TrackedPose& tracked, const PoseGaussian& T_keyframe_camera,
                                    const Pose& T_keyframe_previous, bool after_loss, std::int64_t stamp_ns) {
   if (inertial_.summary().phase == InertialPhase::kNone) return;
-  const bool by_landmarks = tracked.basis == PoseBasis::kLandmarks;
-  const bool relocalised = found_again(tracked.basis, after_loss);
+  const bool by_landmarks = tracked.basis() == PoseBasis::kLandmarks;
+  const bool relocalised = found_again(tracked.basis(), after_loss);
   SeenFrame seen{.stamp_ns = stamp_ns,
                  .T_keyframe_camera = T_keyframe_camera,
                  .by_landmarks = by_landmarks,

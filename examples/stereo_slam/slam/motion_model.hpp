@@ -25,10 +25,9 @@ enum class Gap {
 /// otherwise one of constant velocity.
 class MotionModel {
  public:
-  /// Takes the readings of an IMU that come with a frame, before anything else is asked of it.
-  void begin_frame(const StereoFrame& frame) { inertial_.begin_frame(frame.stamp_ns, frame.imu); }
-
-  /// Velocity, gravity and biases, if there is an IMU.
+  /// Velocity, gravity and biases, if there is an IMU. It takes the readings that come with a frame before
+  /// anything else is asked of the frame.
+  [[nodiscard]] InertialFilter& inertial() noexcept { return inertial_; }
   [[nodiscard]] const InertialFilter& inertial() const noexcept { return inertial_; }
 
   /// The motion from the last frame to one with this stamp.
@@ -70,14 +69,8 @@ class MotionModel {
   void learn(const TrackedPose& tracked, const PoseGaussian& T_keyframe_camera,
              const Pose& T_keyframe_previous, bool after_loss, std::int64_t stamp_ns);
 
-  /// Adds a frame whose pose is known, but not its motion.
-  void found(std::int64_t stamp_ns) { velocity_.found(stamp_ns); }
-
   /// Begins with the first keyframe.
   void begin_map(std::int64_t stamp_ns);
-
-  /// Makes the last frame the keyframe that poses are relative to.
-  void change_keyframe() { inertial_.change_keyframe(); }
 
  private:
   void learn_inertially(const TrackedPose& tracked, const PoseGaussian& T_keyframe_camera,

@@ -8,10 +8,9 @@
 #include "stereo_slam/frontend/equal_brightness.hpp"
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
-#include "stereo_slam/local_map/landmark_tracks.hpp"
 #include "stereo_slam/slam/judgement.hpp"
 #include "stereo_slam/slam/stage_clock.hpp"
-#include "stereo_slam/tracking/association_trace.hpp"
+#include "stereo_slam/tracking/associate.hpp"
 #include "stereo_slam/tracking/landmark_search.hpp"
 #include "stereo_slam/tracking/predict.hpp"
 #include "stereo_slam/tracking/update.hpp"
@@ -19,18 +18,17 @@
 namespace stereo_slam {
 
 PaperSlam::PaperSlam(const StereoCamera& camera, const Settings& settings)
-    : camera_(camera),
+    : SlamSystem(camera, settings.map),
+      camera_(camera),
       settings_(settings),
-      posterior_(antipode::to_bingham_gaussian(certain_pose())),
-      map_(camera, settings.map) {}
+      posterior_(antipode::to_bingham_gaussian(certain_pose())) {}
 
 FrameResult PaperSlam::process(const StereoFrame& recorded, AssociationTrace* trace) {
-  StageClock clock;
-  FrameResult result = empty_result(recorded);
+  FrameResult result{.index = recorded.index, .stamp_ns = recorded.stamp_ns};
+  StageClock clock(result.times);
   const StereoFrame frame = with_equal_brightness(recorded);
   if (!frame.has_left() || !frame.has_right() || previous_.repeated_by(frame)) {
     pass_over(frame, result);
-    result.times = clock.times();
     return result;
   }
   FrameImages images = prepare_images(frame, PyramidSides::kBoth, previous_);
@@ -42,7 +40,7 @@ FrameResult PaperSlam::process(const StereoFrame& recorded, AssociationTrace* tr
     const Step step = track(images, trace, clock);
     integrate(step, images, result);
     matches = step.tracked.matches;
-    evidence.basis = step.tracked.basis;
+    evidence.basis = step.tracked.basis();
   } else {
     begin(images, result);
     evidence.begins_map = begun_;
@@ -51,11 +49,10 @@ FrameResult PaperSlam::process(const StereoFrame& recorded, AssociationTrace* tr
   evidence.segment_predicted = path_.segment().predicted(path_.frames());
   result.status = judge(evidence);
   result.features = static_cast<int>(images.features.left.size());
-  result.landmarks = static_cast<int>(map_.landmarks().size());
+  result.landmarks = static_cast<int>(local_map_.landmarks().size());
   clock.lap("map");
   prepare_next(images, matches, result);
   clock.lap("stereo");
-  result.times = clock.times();
   return result;
 }
 
@@ -74,24 +71,25 @@ PaperSlam::Step PaperSlam::track(const FrameImages& images, AssociationTrace* tr
   std::vector<Match> matches =
       find_landmarks(images, to_pose_gaussian(prior), odometry, trace);  // Alg. 3, sec. IV-C
   clock.lap("associate");
-  const auto update = update_as_in_paper(prior, matches, map_.view(), settings_.update);  // eq. 13, Alg. 2
+  const auto update =
+      update_as_in_paper(prior, matches, local_map_.view(), settings_.update);  // eq. 13, Alg. 2
   clock.lap("update");
-  const PoseUpdate as_gaussian{.posterior = to_pose_gaussian(update.posterior),
-                               .converged = update.converged,
-                               .nis = update.nis,
-                               .nis_dof = update.nis_dof};
-  return {update.posterior, TrackedPose::updated(to_pose_gaussian(prior), std::move(odometry),
-                                                 std::move(matches), as_gaussian)};
+  return {update.posterior,
+          {{.odometry = std::move(odometry), .prior = to_pose_gaussian(prior), .matches = std::move(matches)},
+           {.posterior = to_pose_gaussian(update.posterior),
+            .converged = update.converged,
+            .nis = update.nis,
+            .nis_dof = update.nis_dof}}};
 }
 
 /// The landmarks in the features of both images; in the left one without those that the odometry uses.
 std::vector<Match> PaperSlam::find_landmarks(const FrameImages& images, const PoseGaussian& prior,
                                              const OdometryResult& odometry, AssociationTrace* trace) const {
-  const MapView map = map_.view();
+  const MapView map = local_map_.view();
   const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
   const Pose T_world_previous = posterior_.pose();
   const cv::Mat no_patches;
-  const LandmarkSearch search(map, no_patches, pyramids, T_world_previous, {}, settings_);
+  const LandmarkSearch search{map, no_patches, pyramids, T_world_previous, {}, settings_};
   const StereoFeatures usable{exclude_features(images.features.left, positions(odometry.inliers),
                                                images.frame.left.size(), settings_.odometry.exclusion_px),
                               images.features.right};
@@ -104,28 +102,29 @@ std::vector<Match> PaperSlam::find_landmarks(const FrameImages& images, const Po
 /// static points of the next circular matching.
 void PaperSlam::integrate(const Step& step, const FrameImages& images, FrameResult& result) {
   const TrackedPose& tracked = step.tracked;
-  const bool by_odometry = tracked.basis == PoseBasis::kOdometry;
-  if (by_odometry && previous_.lost)
-    path_.begin_segment(motion_.gap_until(images.frame.stamp_ns) ==
-                        Gap::kShort);  // relative to a guess; no loop will tell its place
+  const bool by_odometry = tracked.basis() == PoseBasis::kOdometry;
+  if (by_odometry && previous_.lost) {
+    // Relative to a guess; no loop will tell its place.
+    path_.segment().begin_next(path_.frames(), motion_.gap_until(images.frame.stamp_ns) == Gap::kShort);
+  }
   result.weak = {.odometry_alone = by_odometry,
                  .few_landmarks = tracked.has_few_landmarks(),
                  .segment_not_localised = !path_.segment().localised()};
-  if (found_again(tracked.basis, previous_.lost)) {
-    path_.continue_odometry(tracked.prior.pose, tracked.posterior.pose);
+  if (found_again(tracked.basis(), previous_.lost)) {
+    path_.trajectory().continue_odometry(tracked.prior.pose, tracked.update.posterior.pose);
   }
-  motion_.learn(tracked, tracked.posterior, posterior_.pose(), previous_.lost, images.frame.stamp_ns);
+  motion_.learn(tracked, tracked.update.posterior, posterior_.pose(), previous_.lost, images.frame.stamp_ns);
   posterior_ = step.posterior;
-  map_.record_observations(tracked.matches, images.features.left, images.frame.index);
-  map_.update(tracked.matches, posterior_);  // Alg. 4
+  local_map_.record_observations(tracked.matches, images.features.left, images.frame.index);
+  local_map_.update(tracked.matches, posterior_);  // Alg. 4
   odometry_points_.static_points.clear();
-  if (tracked.basis == PoseBasis::kLandmarks && !tracked.odometry.surprising) {
+  if (tracked.basis() == PoseBasis::kLandmarks && !tracked.odometry.surprising) {
     for (const auto& match : tracked.matches) odometry_points_.static_points.push_back(match.z);
   }
-  path_.append(tracked.posterior, tracked.measured(), calibration_error(), result);
+  path_.append(tracked.update.posterior, tracked.measured(), calibration_error(), result);
   tracked.report(result);
   if (!tracked.measured()) return;
-  map_.cull(images.frame.index);  // sec. IV-E
+  local_map_.cull(images.frame.index);  // sec. IV-E
   (void)add_landmarks(images, positions(tracked.matches));
 }
 
@@ -136,8 +135,8 @@ std::size_t PaperSlam::add_landmarks(const FrameImages& images,
   const auto points =
       measure_stereo_points(view_of(images.frame), images.features.left, reserved_px, settings_);
   std::vector<std::uint32_t> ids;
-  for (std::size_t i = 0; i < points.measured.size(); ++i) ids.push_back(map_.new_id());
-  map_.add(points, ids, to_pose_gaussian(posterior_), images.frame);
+  for (std::size_t i = 0; i < points.measured.size(); ++i) ids.push_back(local_map_.new_id());
+  local_map_.add(points, ids, to_pose_gaussian(posterior_), images.frame);
   return ids.size();
 }
 
@@ -146,7 +145,7 @@ std::size_t PaperSlam::add_landmarks(const FrameImages& images,
 void PaperSlam::prepare_next(const FrameImages& images, const std::vector<Match>& matches,
                              const FrameResult& result) {
   auto landmarks_px = positions(matches);  // also those that were culled
-  for (const auto& px : map_.observed_in(images.frame.index)) landmarks_px.push_back(px);
+  for (const auto& px : local_map_.observed_in(images.frame.index)) landmarks_px.push_back(px);
   odometry_points_.points =
       select_odometry_points(view_of(images.frame), images.features.left, landmarks_px, settings_);
   previous_.replace(images.pyramids, path_.frames(), result.status == TrackingStatus::kLost);
@@ -154,12 +153,12 @@ void PaperSlam::prepare_next(const FrameImages& images, const std::vector<Match>
 
 /// Begins the map, if the images show enough for one.
 void PaperSlam::begin(const FrameImages& images, FrameResult& result) {
-  path_.begin(images.frame.index);
-  map_.restart(0);
+  path_.trajectory().begin(images.frame.index);
+  local_map_.restart(0);
   odometry_points_ = {};
   begun_ = add_landmarks(images, {}) >= static_cast<std::size_t>(settings_.update.min_matches);
   if (!begun_) return path_.append_unknown(calibration_error(), result);
-  motion_.found(images.frame.stamp_ns);
+  motion_.begin_map(images.frame.stamp_ns);
   path_.append(to_pose_gaussian(posterior_), true, calibration_error(), result);
   result.is_keyframe = true;
 }
@@ -176,11 +175,6 @@ void PaperSlam::pass_over(const StereoFrame& frame, FrameResult& result) {
   const PoseDensity predicted =
       predict_as_in_paper(posterior_, motion_.guessed_until(frame.stamp_ns, settings_.motion));
   path_.append(to_pose_gaussian(predicted), false, calibration_error(), result);
-}
-
-std::vector<LandmarkTrack> PaperSlam::landmark_tracks() const {
-  if (path_.frames() == 0) return {};
-  return tracks_in_view(map_.view(), posterior_.pose(), path_.frames() - 1);
 }
 
 }  // namespace stereo_slam

@@ -6,14 +6,12 @@
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/local_map/local_map.hpp"
 #include "stereo_slam/odometry/odometry.hpp"
 #include "stereo_slam/rig/calibration_error.hpp"
 #include "stereo_slam/rig/stereo_view.hpp"
 #include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/slam/frame_images.hpp"
 #include "stereo_slam/slam/motion_model.hpp"
-#include "stereo_slam/slam/path.hpp"
 #include "stereo_slam/slam/slam_system.hpp"
 #include "stereo_slam/slam/stage_clock.hpp"
 #include "stereo_slam/slam/tracked_pose.hpp"
@@ -33,20 +31,9 @@ class PaperSlam final : public SlamSystem {
 
   FrameResult process(const StereoFrame& recorded, AssociationTrace* trace = nullptr) override;
 
-  [[nodiscard]] std::vector<PoseGaussian> trajectory() const override {
-    return path_.poses(calibration_error());
-  }
-  [[nodiscard]] std::vector<Matrix6<double>> relative_covariances() const override {
-    return path_.trajectory().relative_covariances();
-  }
   [[nodiscard]] CalibrationError calibration_error() const override {
     return allowed_calibration_error(settings_.calibration, camera_);
   }
-  [[nodiscard]] std::vector<MapPoint> map_points() const override { return path_.map_points(map_); }
-  [[nodiscard]] const std::vector<MapPoint>& archived_map_points() override {
-    return path_.archived_map_points(map_);
-  }
-  [[nodiscard]] std::vector<LandmarkTrack> landmark_tracks() const override;
 
  private:
   [[nodiscard]] StereoView view_of(const StereoFrame& frame) const {
@@ -73,11 +60,10 @@ class PaperSlam final : public SlamSystem {
 
   StereoCamera camera_;
   Settings settings_;
+  // The local map of the base has all landmarks, in the world.
   PoseDensity posterior_;           // T_world_camera of the last frame
-  LocalMap map_;                    // landmarks in the world
   OdometryPoints odometry_points_;  // where circular matching starts
   MotionModel motion_;              // what the odometry expects
-  Path path_;                       // poses of the frames
   PreviousFrame previous_;          // what the next frame is tracked from
   bool begun_ = false;              // there is a map
 };

@@ -2,7 +2,6 @@
 #include "stereo_slam/slam/path.hpp"
 
 #include <stdexcept>
-#include <utility>
 
 #include "stereo_slam/core/pose_estimate.hpp"
 
@@ -10,7 +9,7 @@ namespace stereo_slam {
 
 Path::Path(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread,
            const SavedMap& loaded, MapUse use)
-    : loops_(std::in_place, camera, settings, loop_thread, loaded, use) {
+    : loops_(std::make_unique<AsyncLoopCloser>(camera, settings, loop_thread, loaded, use)) {
   if (loaded.keyframes.empty()) return;
   segment_ = SegmentState::in_loaded_map();
   global_map_ = GlobalMap(loaded);
@@ -74,16 +73,6 @@ PoseGaussian Path::in_world(const PoseGaussian& T_keyframe_camera, const Calibra
   const LinkedPose T_world_camera = trajectory_.in_world(T_keyframe_camera);
   return with_calibration_error(T_world_camera.with_common_error(error.common_error_rad), error);
 }
-
-std::vector<LoopEvent> Path::loop_events() const {
-  return loops_ ? loops_->events() : std::vector<LoopEvent>{};
-}
-
-std::optional<std::span<const LoopEvent>> Path::loop_events_if_idle() const {
-  return loops_ ? loops_->events_if_idle() : std::span<const LoopEvent>{};
-}
-
-std::size_t Path::keyframe_memory_bytes() const { return loops_ ? loops_->memory_bytes() : 0; }
 
 void Path::save(const LocalMap& local_map, SavedMap& map) const {
   if (!loops_) throw std::logic_error("a map without loop closure has no keyframes to save");

@@ -2,14 +2,13 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
-#include <span>
+#include <memory>
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/keyframes/keyframe.hpp"
 #include "stereo_slam/local_map/local_map.hpp"
 #include "stereo_slam/loop_closing/async_loop_closer.hpp"
+#include "stereo_slam/loop_closing/keyframe.hpp"
 #include "stereo_slam/loop_closing/loop_closer.hpp"
 #include "stereo_slam/loop_closing/saved_map.hpp"
 #include "stereo_slam/rig/seen_motion.hpp"
@@ -30,9 +29,6 @@ class Path {
   Path(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread, const SavedMap& loaded,
        MapUse use);
 
-  /// Makes `frame` the first keyframe; world coordinates are those of its camera.
-  void begin(std::size_t frame) { trajectory_.begin(frame); }
-
   /// Appends the pose of the next frame relative to the reference keyframe, and writes it into the result.
   /// `measured` is false for a predicted pose.
   void append(const PoseGaussian& T_keyframe_camera, bool measured, const CalibrationError& error,
@@ -44,35 +40,18 @@ class Path {
   /// Moves the keyframes by the loop correction that is due before this frame. Returns whether there is one.
   bool correct_before(std::size_t frame);
 
-  /// Makes the last frame the reference keyframe, see KeyframeTrajectory.
-  void add_keyframe(std::size_t frame, const PoseGaussian& T_previous_keyframe) {
-    trajectory_.add_keyframe(frame, T_previous_keyframe);
-  }
-
   /// Gives the points of the reference keyframe to the loop closing; `left` is its image.
   void search_loops(const Keyframe& keyframe, const cv::Mat& left, const LensResidual& lens);
 
   /// Replaces the covariances in the result of the last frame by those of the keyframe that it became.
   void report_keyframe(FrameResult& result) const;
 
-  /// Begins a map segment, because the pose of the last frame relative to the segment before is a guess.
-  void begin_segment(bool predicted) { segment_.begin_next(frames(), predicted); }
-
-  /// Replaces the pose of an earlier frame by one relative to the reference keyframe.
-  void replace(std::size_t position, const PoseGaussian& T_keyframe_camera) {
-    trajectory_.replace(position, T_keyframe_camera);
-  }
-
-  /// Keeps the path in the odometry frame continuous, see KeyframeTrajectory.
-  void continue_odometry(const Pose& expected, const Pose& found) {
-    trajectory_.continue_odometry(expected, found);
-  }
-
   /// After the last frame: corrects the motions between keyframes by what was learned of the rig, if anything
   /// was, and applies the loop corrections that are still being computed.
   void finish(const std::vector<MotionChange>& learned);
 
   [[nodiscard]] SegmentState& segment() noexcept { return segment_; }
+  [[nodiscard]] KeyframeTrajectory& trajectory() noexcept { return trajectory_; }
   [[nodiscard]] const KeyframeTrajectory& trajectory() const noexcept { return trajectory_; }
   /// Number of frames so far.
   [[nodiscard]] std::size_t frames() const noexcept { return trajectory_.frames(); }
@@ -89,14 +68,8 @@ class Path {
     return global_map_.archived(local_map, trajectory_, segment_.any_localised());
   }
 
-  /// Whether loops are searched for.
-  [[nodiscard]] bool has_loops() const noexcept { return loops_.has_value(); }
-  /// The loops so far; empty without loop closing.
-  [[nodiscard]] std::vector<LoopEvent> loop_events() const;
-  /// The same without waiting: nothing while the loop-closing thread works.
-  [[nodiscard]] std::optional<std::span<const LoopEvent>> loop_events_if_idle() const;
-  /// Memory that loop closing uses, bytes.
-  [[nodiscard]] std::size_t keyframe_memory_bytes() const;
+  /// What searches for loops; null without loop closing.
+  [[nodiscard]] const AsyncLoopCloser* loops() const noexcept { return loops_.get(); }
   /// Sets the keyframes, the loops and the landmarks of `map`. Throws std::logic_error without loop closing.
   void save(const LocalMap& local_map, SavedMap& map) const;
 
@@ -108,7 +81,7 @@ class Path {
   KeyframeTrajectory trajectory_;
   SegmentState segment_;
   GlobalMap global_map_;
-  std::optional<AsyncLoopCloser> loops_;
+  std::unique_ptr<AsyncLoopCloser> loops_;
 };
 
 }  // namespace stereo_slam

@@ -3,7 +3,6 @@
 
 #include "stereo_slam/core/pixel_noise.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
-#include "stereo_slam/local_map/landmark_projection.hpp"
 #include "stereo_slam/loop_closing/loop_verification.hpp"
 
 namespace stereo_slam {
@@ -16,17 +15,6 @@ constexpr std::size_t kMinFoundShare = 3;
 /// pose, so that the next round finds more.
 constexpr int kRounds = 3;
 
-/// Landmarks predicted at a pose, to be searched where they are predicted.
-[[nodiscard]] Association search_at(const PoseGaussian& T_keyframe_camera, const MapView& map,
-                                    const LensResidual& lens, const MapSettings& settings) {
-  Association association;
-  association.predicted = project_landmarks(map, T_keyframe_camera, settings.max_baselines);
-  for (const auto& landmark : association.predicted) {
-    association.search_start_px.emplace_back(lens.in_image(landmark.z.head<2>()));
-  }
-  return association;
-}
-
 }  // namespace
 
 std::optional<PoseGaussian> recognise_keyframe(const Keyframe& keyframe, const PatchSource& source,
@@ -36,18 +24,17 @@ std::optional<PoseGaussian> recognise_keyframe(const Keyframe& keyframe, const P
   Keyframe seen;
   seen.points = keyframe_points(points, {});
   const auto verified = verify_loop(keyframe, seen, view.camera, rule, settings.seed + view.frame.index);
-  if (verified.check != LoopCheck::kVerified) return std::nullopt;
+  if (!verified) return std::nullopt;
 
   const MapView map{source.landmarks, view.camera};
-  const PoseGaussian& rough = verified.loop.T_old_new;
+  const PoseGaussian& rough = verified->T_old_new;
   const PoseGaussian prior{rough.pose, kRecognisedScale * rough.covariance};
   PoseGaussian expected = prior;
   for (int round = 0; round < kRounds; ++round) {
-    const Association association = search_at(expected, map, view.rectification.lens(), settings.map);
-    const auto matches =
-        align_landmarks(association, source, view, expected.pose, settings.refinement).matches;
-    if (matches.size() < static_cast<std::size_t>(rule.min_inliers)) return std::nullopt;
-    const auto update = update_pose(prior, matches, map, settings.update);
+    Association association = expect_landmarks(map, expected, view.rectification.lens(), settings.map);
+    align_landmarks(association, source, view, expected.pose, settings.refinement);
+    if (association.matches.size() < static_cast<std::size_t>(rule.min_inliers)) return std::nullopt;
+    const auto update = update_pose(prior, association.matches, map, settings.update);
     if (!update.converged) return std::nullopt;
     const std::size_t agreeing = update.used.size();
     if (agreeing >= static_cast<std::size_t>(rule.min_inliers) &&

@@ -7,7 +7,7 @@
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/repetition.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
-#include "stereo_slam/keyframes/keyframe.hpp"
+#include "stereo_slam/loop_closing/keyframe.hpp"
 #include "stereo_slam/rig/stereo_view.hpp"
 #include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/tracking/landmark_alignment.hpp"

@@ -21,30 +21,29 @@ Slam::Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop
 
 Slam::Slam(const StereoCamera& camera, const Settings& settings, LoopThread loop_thread,
            const SavedMap& loaded, MapUse use)
-    : settings_(settings),
+    : SlamSystem(camera, settings.map),
+      settings_(settings),
       posterior_(certain_pose()),
-      local_map_(camera, settings.map),
       noise_(expected_variance_ratio(settings.update)),
       right_camera_(camera, settings.online_rectification) {
   if (settings.loop_closure.enabled) path_ = Path(camera, settings, loop_thread, loaded, use);
   if (loaded.camera.width_px == 0) return;
-  if (!loaded.keyframes.empty() && !path_.has_loops()) {
+  if (!loaded.keyframes.empty() && !path_.loops()) {
     throw std::invalid_argument("a run is localised in a loaded map by loop closure; enable loop_closure");
   }
   check_camera_of(loaded, camera);
-  right_camera_ = RightCamera::resumed(camera, settings.online_rectification, loaded.rectification);
+  right_camera_.resume(loaded.rectification);
 }
 
 FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) {
-  StageClock clock;
-  FrameResult result = empty_result(recorded);
+  FrameResult result{.index = recorded.index, .stamp_ns = recorded.stamp_ns};
+  StageClock clock(result.times);
   result.loop_corrected = path_.correct_before(recorded.index);
-  if (path_.has_loops()) clock.lap("loops");
+  if (path_.loops()) clock.lap("loops");
   const StereoFrame frame = with_equal_brightness(recorded);
-  motion_.begin_frame(frame);
+  motion_.inertial().begin_frame(frame.stamp_ns, frame.imu);
   if (!can_measure(frame) || previous_.repeated_by(frame)) {
     pass_over(frame, result);
-    result.times = clock.times();
     return result;
   }
   const FrameImages images = prepare_images(frame, PyramidSides::kLeft, previous_);
@@ -55,7 +54,7 @@ FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) 
     const TrackedPose tracked = track(images, trace, clock);
     integrate(tracked, images, result);  // trajectory, keyframes
     matches = tracked.matches;
-    evidence.basis = tracked.basis;
+    evidence.basis = tracked.basis();
   } else {
     initialise(images, result);
     evidence.begins_map = reference_.begun();
@@ -64,7 +63,6 @@ FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) 
   clock.lap("map");
   prepare_next(images, matches, result);
   clock.lap("stereo");
-  result.times = clock.times();
   return result;
 }
 
@@ -81,7 +79,10 @@ TrackedPose Slam::track(const FrameImages& images, AssociationTrace* trace, Stag
   auto tracked = update(std::move(measured), images.frame.stamp_ns);  // eq. 13
   clock.lap("update");
   if (!right_camera_.is_ignored() && (previous_.lost || !tracked.measured())) {
-    tracked.use_keyframe(relocalise(images));
+    if (const auto found = relocalise(images)) {
+      tracked.update.posterior = *found;
+      tracked.by_keyframe = true;
+    }
     clock.lap("recognise");
   }
   return tracked;
@@ -128,11 +129,6 @@ void Slam::find_first_displacement(const FrameImages& images) {
   local_map_.remeasure(*change);
 }
 
-/// Learns the velocity of the motion to this frame, with which its late right image is seen from now on.
-void Slam::learn_velocity() {
-  if (right_camera_.is_late()) tracks_.remeasure(right_camera_.move_with(motion_.velocity()));
-}
-
 /// Takes the displacement of the right image that the landmarks show, and returns the covariance that its
 /// uncertainty adds to a pose that they measure.
 Matrix6<double> Slam::correct_displacement(FrameMeasurement& measured) {
@@ -156,11 +152,7 @@ TrackedPose Slam::update(FrameMeasurement measured, std::int64_t stamp_ns) {
   local_map_.update_correlation(prior, update.posterior.pose, update.used);
   if (left_alone) update.nis_dof -= static_cast<int>(update.used.size());  // they have no disparity
   if (update.converged) update.posterior.covariance += by_displacement;
-  TrackedPose tracked =
-      TrackedPose::updated(prior, std::move(measured.odometry), std::move(measured.matches), update);
-  tracked.use_imu(std::move(measured.inertial));
-  tracked.refutes_imu = measured.refutes_imu;
-  return tracked;
+  return {std::move(measured), std::move(update)};
 }
 
 /// Whether a measured position is more than half a baseline a frame from the predicted one, and its
@@ -195,15 +187,16 @@ std::optional<PoseGaussian> Slam::relocalise(const FrameImages& images) const {
 void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, FrameResult& result) {
   result.weak = weaknesses(tracked, images.frame.index);
   result.right_image_fits = right_camera_.fits();
-  if (found_again(tracked.basis, previous_.lost)) {
-    path_.continue_odometry(tracked.prior.pose, tracked.posterior.pose);
+  if (found_again(tracked.basis(), previous_.lost)) {
+    path_.trajectory().continue_odometry(tracked.prior.pose, tracked.update.posterior.pose);
   }
   const Pose T_keyframe_previous = posterior_.pose;
   const Gap gap = motion_.gap_until(images.frame.stamp_ns);
-  motion_.learn(tracked, noise_.as_seen(tracked.posterior), T_keyframe_previous, previous_.lost,
+  motion_.learn(tracked, noise_.as_seen(tracked.update.posterior), T_keyframe_previous, previous_.lost,
                 images.frame.stamp_ns);
-  learn_velocity();
-  posterior_ = tracked.posterior;
+  // A late right image is seen with the velocity of the motion to its frame from now on.
+  if (right_camera_.is_late()) tracks_.remeasure(right_camera_.move_with(motion_.velocity()));
+  posterior_ = tracked.update.posterior;
   local_map_.record_observations(tracked.matches, {}, images.frame.index);
   note_static_points(tracked, T_keyframe_previous);
   if (reference_.motion_stereo.size() > 0) {
@@ -211,9 +204,9 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
                                     posterior_, right_camera_.left_camera());
   }
   const bool both_images = result.right_image_fits && uses_right_image();
-  if (tracked.basis == PoseBasis::kLandmarks && both_images) noise_.add(tracked.variance_ratio);
+  if (tracked.basis() == PoseBasis::kLandmarks && both_images) noise_.add(tracked.update.variance_ratio);
   result.weak.imu_contradicted = motion_.inertial().given_up();
-  path_.append(reported(tracked), tracked.basis != PoseBasis::kNothing, calibration_error(), result);
+  path_.append(reported(tracked), tracked.basis() != PoseBasis::kNothing, calibration_error(), result);
   tracked.report(result);
   if (!tracked.measured() || !extend_map(tracked, images, gap)) return;
   result.is_keyframe = true;
@@ -224,9 +217,9 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
 /// Why the pose may be less certain than its covariance says, as far as the measurements tell.
 WeakReasons Slam::weaknesses(const TrackedPose& tracked, std::size_t frame) {
   return {
-      .odometry_alone =
-          tracked.basis == PoseBasis::kOdometry && (previous_.lost || usual_basis() != PoseBasis::kOdometry),
-      .imu_alone = tracked.basis == PoseBasis::kImu,
+      .odometry_alone = tracked.basis() == PoseBasis::kOdometry &&
+                        (previous_.lost || usual_basis() != PoseBasis::kOdometry),
+      .imu_alone = tracked.basis() == PoseBasis::kImu,
       .few_landmarks = tracked.has_few_landmarks(),
       .repetitive_scene = reference_.is_ambiguous(frame),
       .right_image_unfit = right_camera_.judgement() != RightImage::kFits,
@@ -308,7 +301,7 @@ void Slam::pass_over(const StereoFrame& frame, FrameResult& result) {
 /// Begins the map, if the image shows enough for one.
 void Slam::initialise(const FrameImages& images, FrameResult& result) {
   (void)right_camera_.relearn_rows(images.frame);
-  path_.begin(images.frame.index);
+  path_.trajectory().begin(images.frame.index);
   local_map_.restart(0);
   tracks_ = {};
   auto points = add_stereo_landmarks(images);
@@ -329,11 +322,11 @@ void Slam::initialise(const FrameImages& images, FrameResult& result) {
 /// assumed noise of the pixels, times what the residuals show of the noise. (A pose by the last keyframe has
 /// no such factor yet.)
 PoseGaussian Slam::measured_pose(const TrackedPose& tracked) const {
-  if (tracked.basis == PoseBasis::kKeyframe) return tracked.posterior;
-  if (tracked.basis != PoseBasis::kLandmarks) return noise_.as_seen(tracked.posterior);
-  PoseGaussian pose = tracked.posterior;
+  if (tracked.basis() == PoseBasis::kKeyframe) return tracked.update.posterior;
+  if (tracked.basis() != PoseBasis::kLandmarks) return noise_.as_seen(tracked.update.posterior);
+  PoseGaussian pose = tracked.update.posterior;
   pose.covariance =
-      NoiseScale::scaled(pose.covariance, noise_.variance_ratio_of_frame(tracked.variance_ratio));
+      NoiseScale::scaled(pose.covariance, noise_.variance_ratio_of_frame(tracked.update.variance_ratio));
   return pose;
 }
 
@@ -352,5 +345,19 @@ PoseGaussian Slam::reported(const TrackedPose& tracked) const {
 }
 
 void Slam::finish() { path_.finish(right_camera_.correct(path_.trajectory().motions())); }
+
+std::optional<InertialSummary> Slam::inertial() const {
+  const InertialSummary& summary = motion_.inertial().summary();
+  return summary.phase == InertialPhase::kNone ? std::nullopt : std::optional(summary);
+}
+
+SavedMap Slam::saved_map() const {
+  SavedMap map;
+  const LearnedCameras cameras = right_camera_.learned();
+  map.camera = cameras.camera;
+  map.rectification = cameras.estimate;
+  path_.save(local_map_, map);
+  return map;
+}
 
 }  // namespace stereo_slam

@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "stereo_slam/core/pixel_noise.hpp"
@@ -12,7 +11,6 @@
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/plane_warp.hpp"
-#include "stereo_slam/local_map/local_map.hpp"
 #include "stereo_slam/local_map/reobserved_landmarks.hpp"
 #include "stereo_slam/loop_closing/async_loop_closer.hpp"
 #include "stereo_slam/loop_closing/saved_map.hpp"
@@ -21,10 +19,8 @@
 #include "stereo_slam/rig/right_camera.hpp"
 #include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/slam/frame_images.hpp"
-#include "stereo_slam/slam/frame_measurement.hpp"
 #include "stereo_slam/slam/judgement.hpp"
 #include "stereo_slam/slam/motion_model.hpp"
-#include "stereo_slam/slam/path.hpp"
 #include "stereo_slam/slam/relocalisation.hpp"
 #include "stereo_slam/slam/slam_system.hpp"
 #include "stereo_slam/slam/stage_clock.hpp"
@@ -59,27 +55,13 @@ class Slam final : public SlamSystem {
   /// last estimate of the rectification, to first order.
   void finish() override;
 
-  [[nodiscard]] std::vector<PoseGaussian> trajectory() const override;
-  [[nodiscard]] std::vector<Matrix6<double>> relative_covariances() const override {
-    return path_.trajectory().relative_covariances();
-  }
   [[nodiscard]] CalibrationError calibration_error() const override {
     return right_camera_.calibration_error(settings_.calibration);
   }
   [[nodiscard]] RigSummary rig() const override { return right_camera_.summary(); }
   void begin_with_delay(const DelayEstimate& known) override { right_camera_.begin_with_delay(known); }
   [[nodiscard]] std::optional<InertialSummary> inertial() const override;
-  [[nodiscard]] std::vector<MapPoint> map_points() const override { return path_.map_points(local_map_); }
-  [[nodiscard]] const std::vector<MapPoint>& archived_map_points() override {
-    return path_.archived_map_points(local_map_);
-  }
-  [[nodiscard]] std::vector<LandmarkTrack> landmark_tracks() const override;
   [[nodiscard]] SavedMap saved_map() const override;
-  [[nodiscard]] std::vector<LoopEvent> loop_events() const override { return path_.loop_events(); }
-  [[nodiscard]] std::optional<std::span<const LoopEvent>> loop_events_if_idle() const override {
-    return path_.loop_events_if_idle();
-  }
-  [[nodiscard]] std::size_t keyframe_memory_bytes() const override { return path_.keyframe_memory_bytes(); }
 
  private:
   /// What the pose of a tracked frame is measured against: with `--preset odometry` no landmarks correct it.
@@ -89,16 +71,16 @@ class Slam final : public SlamSystem {
 
   /// Whether the pose fits the landmarks that were found: either they gave it, or the odometry as usual.
   [[nodiscard]] bool fits_landmarks(const TrackedPose& tracked) const {
-    return tracked.basis == PoseBasis::kLandmarks || tracked.basis == usual_basis();
+    return tracked.basis() == PoseBasis::kLandmarks || tracked.basis() == usual_basis();
   }
 
   // The steps of process(), and their parts.
   [[nodiscard]] TrackedPose track(const FrameImages& images, AssociationTrace* trace, StageClock& clock);
   [[nodiscard]] FrameMeasurement measure(const FrameImages& images, AssociationTrace* trace,
                                          StageClock& clock) const;
-  [[nodiscard]] FrameMeasurement measure(const FrameImages& images, const SearchedRightImage& searched,
+  [[nodiscard]] FrameMeasurement measure(const FrameImages& images, const RightImageState& right,
+                                         const std::optional<DisplacementEstimate>& displacement,
                                          AssociationTrace* trace, StageClock& clock) const;
-  void learn_velocity();
   void find_first_velocity(const FrameImages& images, StageClock& clock);
   void find_first_displacement(const FrameImages& images);
   [[nodiscard]] std::vector<StereoPlane> points_of_previous() const;
@@ -110,8 +92,6 @@ class Slam final : public SlamSystem {
   void predict(std::int64_t stamp_ns, FrameMeasurement& measured) const;
   [[nodiscard]] std::optional<FrameMeasurement> without_imu(const FrameMeasurement& measured) const;
   [[nodiscard]] PoseGaussian predicted_pose(const PoseGaussian& T_previous_current) const;
-  [[nodiscard]] PoseGaussian predicted_from_start(const PoseGaussian& T_previous_current,
-                                                  std::int64_t stamp_ns) const;
   void find_landmarks(const FrameImages& images, FrameMeasurement& measured, AssociationTrace* trace) const;
   [[nodiscard]] RightImageFit searched_along_rows(const FrameImages& images, const RightImageState& right,
                                                   const std::vector<Match>& matches) const;
@@ -158,13 +138,11 @@ class Slam final : public SlamSystem {
 
   Settings settings_;
   PoseGaussian posterior_;       // T_keyframe_camera of the last frame: the state of the filter
-  LocalMap local_map_;           // landmarks of the reference keyframe, and the archive of earlier ones
   ReferenceKeyframe reference_;  // image and points of the reference keyframe
   NoiseScale noise_;             // how much larger errors are than assumed, by the residuals of landmarks
   PointTracks tracks_;           // the points that the odometry follows
   MotionModel motion_;           // the motion that is expected of the next frame
   RightCamera right_camera_;     // rectification error, and whether right images fit
-  Path path_;                    // poses of keyframes and frames, loops, the landmarks of a loaded map
   PreviousFrame previous_;       // pyramids of the last measured frame, and whether it was lost
 };
 

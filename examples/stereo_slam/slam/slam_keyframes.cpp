@@ -26,11 +26,11 @@ namespace {
 /// whether the frame became a keyframe. `gap` are the frames before this one without a measured motion.
 bool Slam::extend_map(const TrackedPose& tracked, const FrameImages& images, Gap gap) {
   if (right_camera_.is_ignored()) return extend_map_by_motion(tracked, images);
-  if (tracked.basis == PoseBasis::kOdometry && previous_.lost) {
+  if (tracked.basis() == PoseBasis::kOdometry && previous_.lost) {
     begin_after_loss(images, tracked, gap);
     return true;
   }
-  const bool recognised = tracked.basis == PoseBasis::kKeyframe;
+  const bool recognised = tracked.basis() == PoseBasis::kKeyframe;
   if (!recognised && !needs_keyframe(images.frame.index, tracked.matches.size())) {
     local_map_.cull(images.frame.index);  // at the end: the matches refer to the list of landmarks
     return false;
@@ -38,7 +38,7 @@ bool Slam::extend_map(const TrackedPose& tracked, const FrameImages& images, Gap
   if (recognised) reference_.scene = {};
   // Not with a recognised keyframe: its matches were searched at the predicted pose.
   const auto matches = fits_landmarks(tracked) ? tracked.matches : std::vector<Match>{};
-  const bool alone = tracked.basis == PoseBasis::kOdometry;
+  const bool alone = tracked.basis() == PoseBasis::kOdometry;
   change_keyframe(images, reported(tracked), matches, alone ? tracked.odometry : OdometryResult{});
   return true;
 }
@@ -55,7 +55,7 @@ bool Slam::needs_keyframe(std::size_t frame, std::size_t matches) const {
 /// As extend_map() for a frame whose right image is not used: the depths of landmarks are those that the map
 /// has, or the motion of the left camera tells them. A keyframe is taken if it gains landmarks.
 bool Slam::extend_map_by_motion(const TrackedPose& tracked, const FrameImages& images) {
-  const bool measured = tracked.basis == PoseBasis::kLandmarks;
+  const bool measured = tracked.basis() == PoseBasis::kLandmarks;
   if (measured && gains_landmarks_by_motion(images.frame.index, tracked.matches.size())) {
     change_keyframe_by_motion(tracked, images);
     return true;
@@ -92,15 +92,15 @@ void Slam::add_corners(const std::vector<Match>& matches, const FrameImages& ima
 void Slam::change_keyframe_by_motion(const TrackedPose& tracked, const FrameImages& images) {
   const KeyframeMotion learned =
       right_camera_.consider(seen_motion(tracked.matches, local_map_.view(), posterior_.pose));
-  const MeasuredMotion motion{measured_pose(tracked), learned.by_lens};
+  const PoseGaussian T_keyframe_current = measured_pose(tracked);
   MotionStereo corners = std::move(reference_.motion_stereo);
-  const auto seen = corners.measure(images.frame.left, tracked.matches, local_map_.view(), motion,
-                                    right_camera_.left_camera());
-  corners.change_keyframe(motion.T_keyframe_current);
+  const auto seen = corners.measure(images.frame.left, tracked.matches, local_map_.view(), T_keyframe_current,
+                                    learned.by_lens, right_camera_.left_camera());
+  corners.change_keyframe(T_keyframe_current);
   const ReobservedLandmarks reobserved(tracked.matches, local_map_.landmarks());
   move_reference(images.frame.index, reported(tracked), learned);
   const double scale_sigma = reference_.scale_sigma + seen.scale_sigma;
-  begin_keyframe(images, add_landmarks(images, seen.points, reobserved));
+  begin_keyframe(images, add_landmarks(images, seen, reobserved));
   reference_.scale_sigma = scale_sigma;
   reference_.motion_stereo = std::move(corners);
 }
@@ -110,9 +110,9 @@ void Slam::change_keyframe_by_motion(const TrackedPose& tracked, const FrameImag
 void Slam::move_reference(std::size_t frame, PoseGaussian T_previous_keyframe,
                           const KeyframeMotion& learned) {
   T_previous_keyframe.covariance += learned.covariance;
-  path_.add_keyframe(frame, T_previous_keyframe);
+  path_.trajectory().add_keyframe(frame, T_previous_keyframe);
   posterior_ = certain_pose();
-  motion_.change_keyframe();
+  motion_.inertial().change_keyframe();
   local_map_.restart(path_.trajectory().reference());
 }
 
@@ -120,10 +120,10 @@ void Slam::move_reference(std::size_t frame, PoseGaussian T_previous_keyframe,
 /// the first motion of the run tells what it was before. The pose of the previous frame was a guess too; the
 /// odometry now measures it relative to this frame.
 void Slam::begin_after_loss(const FrameImages& images, const TrackedPose& tracked, Gap gap) {
-  if (gap != Gap::kStart) path_.begin_segment(gap == Gap::kShort);
+  if (gap != Gap::kStart) path_.segment().begin_next(path_.frames(), gap == Gap::kShort);
   reference_.scene = {};
   change_keyframe(images, reported(tracked), {}, {});
-  path_.replace(previous_.position, antipode::inverse(tracked.odometry.T_previous_current));
+  path_.trajectory().replace(previous_.position, antipode::inverse(tracked.odometry.T_previous_current));
 }
 
 /// Makes the current frame the reference keyframe of pose and landmarks, and refines the rectification by the

@@ -12,7 +12,7 @@
 #include "stereo_slam/odometry/displacement_search.hpp"
 #include "stereo_slam/odometry/motion_in_left.hpp"
 #include "stereo_slam/slam/slam.hpp"
-#include "stereo_slam/tracking/association_trace.hpp"
+#include "stereo_slam/tracking/associate.hpp"
 #include "stereo_slam/tracking/landmark_search.hpp"
 #include "stereo_slam/tracking/predict.hpp"
 #include "stereo_slam/tracking/rig_constraints.hpp"
@@ -50,17 +50,6 @@ namespace {
          !shows_displacement(displaced, rig);
 }
 
-/// The right image with a displacement, if one was found.
-[[nodiscard]] SearchedRightImage displaced(const RightImageState& image,
-                                           const std::optional<DisplacementEstimate>& displacement) {
-  SearchedRightImage result{image};
-  if (!displacement) return result;
-  result.image.displacement = displacement->change;
-  result.image.covariance = displacement->covariance;
-  result.pose_covariance = displacement->pose_covariance();
-  return result;
-}
-
 }  // namespace
 
 /// Measures a frame, with the displacement of its right image if that is expected, or if a displacement
@@ -68,13 +57,13 @@ namespace {
 FrameMeasurement Slam::measure(const FrameImages& images, AssociationTrace* trace, StageClock& clock) const {
   const RightImageState right = next_right_image(images);
   if (right_camera_.may_be_displaced())
-    return measure(images, displaced(right, displacement_in(images, right)), trace, clock);
-  FrameMeasurement undisplaced = measure(images, SearchedRightImage{right}, trace, clock);
+    return measure(images, right, displacement_in(images, right), trace, clock);
+  FrameMeasurement undisplaced = measure(images, right, {}, trace, clock);
   if (!may_be_displaced(undisplaced, previous_.matches, right_camera_)) return undisplaced;
   constexpr int kEnoughToBegin = 30;  // fewer may agree by chance
   const auto displacement = displacement_in(images, right);
   if (!displacement || displacement->agreeing < kEnoughToBegin) return undisplaced;
-  FrameMeasurement measured = measure(images, displaced(right, displacement), trace, clock);
+  FrameMeasurement measured = measure(images, right, displacement, trace, clock);
   return is_better(measured, undisplaced, right_camera_) ? measured : undisplaced;
 }
 
@@ -119,13 +108,16 @@ std::optional<DisplacementEstimate> Slam::displacement_in(const FrameImages& ima
   return search_displacement(points_of_previous(), pyramids, view, expected, settings_.odometry);
 }
 
-/// System input, prediction, and data association with a right image.
-FrameMeasurement Slam::measure(const FrameImages& images, const SearchedRightImage& searched,
+/// System input, prediction, and data association with a right image, and its displacement if one was found.
+FrameMeasurement Slam::measure(const FrameImages& images, const RightImageState& right,
+                               const std::optional<DisplacementEstimate>& displacement,
                                AssociationTrace* trace, StageClock& clock) const {
-  FrameMeasurement measured{
-      .right = searched.image, .tracks = tracks_, .odometry = {}, .prior = posterior_, .matches = {}};
+  FrameMeasurement measured{.right = right, .tracks = tracks_};
+  if (displacement) measured.right.displacement = displacement->change;
+  if (displacement) measured.right.covariance = displacement->covariance;
   measure_motion(images, measured);  // u_k, eq. 11
-  if (measured.odometry.valid) measured.odometry.T_previous_current.covariance += searched.pose_covariance;
+  if (displacement && measured.odometry.valid)
+    measured.odometry.T_previous_current.covariance += displacement->pose_covariance();
   see_with_velocity(images, measured);
   clock.lap("odometry");
   predict(images.frame.stamp_ns, measured);  // eqs. 5-7
@@ -169,8 +161,10 @@ void Slam::predict(std::int64_t stamp_ns, FrameMeasurement& measured) const {
   if (odometry.valid) motion = odometry.T_previous_current;
   if (!motion_.inertial().predicted()) {
     measured.prior = predicted_pose(motion ? *motion : motion_.guessed_until(stamp_ns, settings_.motion));
-    if (motion && motion_.gap_until(stamp_ns) == Gap::kStart)
-      measured.prior = predicted_from_start(*motion, stamp_ns);
+    if (!motion || motion_.gap_until(stamp_ns) != Gap::kStart) return;
+    // The first motion that was measured since the map began tells what it was before.
+    const PoseGaussian before = motion_.motion_before_first(motion->pose, stamp_ns, settings_.motion);
+    measured.prior = predict_pose(noise_.in_assumed_units(before), noise_.in_assumed_units(*motion));
     return;
   }
   measured.inertial = motion_.inertial().prior(motion);
@@ -194,21 +188,14 @@ PoseGaussian Slam::predicted_pose(const PoseGaussian& T_previous_current) const 
   return predict_pose(posterior_, noise_.in_assumed_units(T_previous_current));
 }
 
-/// The same by the first motion that was measured since the map began.
-PoseGaussian Slam::predicted_from_start(const PoseGaussian& T_previous_current, std::int64_t stamp_ns) const {
-  const PoseGaussian before =
-      motion_.motion_before_first(T_previous_current.pose, stamp_ns, settings_.motion);
-  return predict_pose(noise_.in_assumed_units(before), noise_.in_assumed_units(T_previous_current));
-}
-
 void Slam::find_landmarks(const FrameImages& images, FrameMeasurement& measured,
                           AssociationTrace* trace) const {
   const PoseGaussian& expected = measured.prior;
   const MapView map = local_map_.view();
   const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
   const Pose T_keyframe_previous = posterior_.pose;
-  const LandmarkSearch search(map, reference_.left, pyramids, T_keyframe_previous, right_camera_.lens(),
-                              settings_);
+  const LandmarkSearch search{map,      reference_.left, pyramids, T_keyframe_previous, right_camera_.lens(),
+                              settings_};
   ExpectedMotion motion;  // after a loss nothing is known
   if (!previous_.lost) motion = motion_.expected_until(images.frame.stamp_ns);
   const auto find = [&](bool in_right) {
@@ -221,7 +208,7 @@ void Slam::find_landmarks(const FrameImages& images, FrameMeasurement& measured,
   const bool in_right = predicts && images.frame.has_right() && measured.right.monitor.fits();
   Association association = find(in_right);
   if (!predicts || (previous_.lost && measured.right.is_ignored())) {
-    RightImageMonitor monitor = measured.right.monitor;
+    auto monitor = measured.right.monitor;
     monitor.add(searched_along_rows(images, measured.right, association.matches));
     if (!previous_.lost || monitor.fits()) measured.right.monitor = monitor;  // a loss raises no doubt
   } else if (!previous_.lost) {  // else the predicted pose may be wrong: missing landmarks tell nothing

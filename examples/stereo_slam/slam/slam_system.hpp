@@ -8,13 +8,15 @@
 #include <stdexcept>
 #include <vector>
 
-#include "stereo_slam/core/landmark_track.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
+#include "stereo_slam/local_map/landmark.hpp"
+#include "stereo_slam/local_map/local_map.hpp"
 #include "stereo_slam/loop_closing/async_loop_closer.hpp"
 #include "stereo_slam/loop_closing/saved_map.hpp"
 #include "stereo_slam/rig/learned_cameras.hpp"
 #include "stereo_slam/settings/settings.hpp"
+#include "stereo_slam/slam/path.hpp"
 
 namespace stereo_slam {
 
@@ -23,10 +25,10 @@ struct AssociationTrace;
 /// What the command line and other programs need of a SLAM system: `Slam`, the product, or `PaperSlam`, the
 /// filter of the DQV-SLAM paper.
 ///
-/// Frames go in one by one, in order. Reads and writes no files. The results do not depend on threads.
+/// Frames go in one by one, in order. Reads and writes no files. The results do not depend on threads. What
+/// both systems keep, the local map and the path, is kept and reported here.
 class SlamSystem {
  public:
-  SlamSystem() = default;
   SlamSystem(const SlamSystem&) = delete;
   SlamSystem& operator=(const SlamSystem&) = delete;
   virtual ~SlamSystem() = default;
@@ -40,10 +42,12 @@ class SlamSystem {
   virtual void finish() {}
 
   /// T_world_camera of every frame so far. A loop closure may have moved earlier ones.
-  [[nodiscard]] virtual std::vector<PoseGaussian> trajectory() const = 0;
+  [[nodiscard]] std::vector<PoseGaussian> trajectory() const { return path_.poses(calibration_error()); }
 
   /// FrameResult::relative_covariance of every frame so far, as known now: finish() changes it.
-  [[nodiscard]] virtual std::vector<Matrix6<double>> relative_covariances() const = 0;
+  [[nodiscard]] std::vector<Matrix6<double>> relative_covariances() const {
+    return path_.trajectory().relative_covariances();
+  }
 
   /// Errors of the calibration that all frames share, as known now.
   [[nodiscard]] virtual CalibrationError calibration_error() const = 0;
@@ -61,14 +65,19 @@ class SlamSystem {
 
   /// The established landmarks in world coordinates, with those of a loaded map once the run is localised in
   /// it: they were seen in three frames and are not at infinity. Complete after finish().
-  [[nodiscard]] virtual std::vector<MapPoint> map_points() const = 0;
+  [[nodiscard]] std::vector<MapPoint> map_points() const { return path_.map_points(local_map_); }
 
   /// The same without the landmarks that are tracked now, for display: brought up to date and not copied.
   /// Valid until the next call of a function that is not const.
-  [[nodiscard]] virtual const std::vector<MapPoint>& archived_map_points() = 0;
+  [[nodiscard]] const std::vector<MapPoint>& archived_map_points() {
+    return path_.archived_map_points(local_map_);
+  }
 
   /// The landmarks that are in view of the last frame.
-  [[nodiscard]] virtual std::vector<LandmarkTrack> landmark_tracks() const = 0;
+  [[nodiscard]] std::vector<LandmarkTrack> landmark_tracks() const {
+    if (path_.frames() == 0) return {};
+    return tracks_in_view(local_map_.view(), path_.trajectory().T_keyframe_last(), path_.frames() - 1);
+  }
 
   /// The map for a later run, with the one that this run started with; complete after finish(). Throws
   /// std::logic_error without loop closure, which keeps the keyframes.
@@ -77,15 +86,25 @@ class SlamSystem {
   }
 
   /// Loops so far, accepted and refused; complete after finish().
-  [[nodiscard]] virtual std::vector<LoopEvent> loop_events() const { return {}; }
+  [[nodiscard]] std::vector<LoopEvent> loop_events() const {
+    return path_.loops() ? path_.loops()->events() : std::vector<LoopEvent>{};
+  }
 
   /// The same without waiting: nothing while the loop-closing thread works.
-  [[nodiscard]] virtual std::optional<std::span<const LoopEvent>> loop_events_if_idle() const {
-    return std::span<const LoopEvent>{};
+  [[nodiscard]] std::optional<std::span<const LoopEvent>> loop_events_if_idle() const {
+    return path_.loops() ? path_.loops()->events_if_idle() : std::span<const LoopEvent>{};
   }
 
   /// Memory that loop closure uses for keyframes and place recognition, bytes; zero without loop closure.
-  [[nodiscard]] virtual std::size_t keyframe_memory_bytes() const { return 0; }
+  [[nodiscard]] std::size_t keyframe_memory_bytes() const {
+    return path_.loops() ? path_.loops()->memory_bytes() : 0;
+  }
+
+ protected:
+  SlamSystem(const StereoCamera& camera, const MapSettings& settings) : local_map_(camera, settings) {}
+
+  LocalMap local_map_;  // landmarks of the reference keyframe, and the archive of earlier ones
+  Path path_;           // poses of keyframes and frames, loops, the landmarks of a loaded map
 };
 
 /// The system that the settings' preset names. It starts with the map of an earlier run, unless `loaded` is

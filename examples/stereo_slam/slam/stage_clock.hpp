@@ -11,6 +11,9 @@ namespace stereo_slam {
 /// Measures how long the stages of one frame take.
 class StageClock {
  public:
+  /// Appends to `times`, which it refers to.
+  explicit StageClock(std::vector<StageTime>& times) : times_(times) {}
+
   /// Ends the current stage and names it.
   void lap(const char* stage) {
     const auto now = std::chrono::steady_clock::now();
@@ -18,11 +21,9 @@ class StageClock {
     last_ = now;
   }
 
-  [[nodiscard]] const std::vector<StageTime>& times() const noexcept { return times_; }
-
  private:
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-  std::vector<StageTime> times_;
+  std::vector<StageTime>& times_;
 };
 
 }  // namespace stereo_slam

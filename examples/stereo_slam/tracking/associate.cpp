@@ -135,6 +135,15 @@ class FeatureSearch {
 
 }  // namespace
 
+Association expect_landmarks(const MapView& map, const PoseGaussian& T_keyframe_camera,
+                             const LensResidual& lens, const MapSettings& settings) {
+  Association association;
+  association.predicted = project_landmarks(map, T_keyframe_camera, settings.max_baselines);
+  for (const auto& landmark : association.predicted)
+    association.search_start_px.emplace_back(lens.in_image(landmark.z.head<2>()));
+  return association;
+}
+
 std::vector<std::optional<LandmarkFlow>> observe_flow(const std::vector<PredictedLandmark>& predicted,
                                                       const MapView& map, const Pose& T_keyframe_previous,
                                                       const ConsecutivePyramids& pyramids,
@@ -203,6 +212,28 @@ std::vector<Match> associate(const std::vector<PredictedLandmark>& predicted,
   std::sort(matches.begin(), matches.end(),
             [](const Match& a, const Match& b) { return a.landmark < b.landmark; });
   return matches;
+}
+
+AssociationTrace trace_association(const Association& association,
+                                   const std::vector<Vector2<double>>& odometry_px,
+                                   const AssociationSettings& settings) {
+  std::unordered_map<std::size_t, Vector2<double>> matched_px;  // by landmark
+  for (const auto& match : association.matches) matched_px.emplace(match.landmark, match.left_px);
+
+  AssociationTrace trace;
+  trace.odometry_px = odometry_px;
+  for (std::size_t i = 0; i < association.predicted.size(); ++i) {
+    TracedLandmark landmark;
+    const PredictedLandmark& predicted = association.predicted[i];
+    landmark.predicted_px = predicted.z.head<2>();
+    landmark.flow = association.flow[i];
+    landmark.static_flow = association.search_start_px[i].has_value();
+    landmark.search_covariance_px2 = innovation_covariance(predicted, settings).topLeftCorner<2, 2>();
+    const auto match = matched_px.find(predicted.index);
+    if (match != matched_px.end()) landmark.matched_px = match->second;
+    trace.landmarks.push_back(landmark);
+  }
+  return trace;
 }
 
 }  // namespace stereo_slam

@@ -7,7 +7,7 @@
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/frontend/optical_flow.hpp"
-#include "stereo_slam/local_map/landmark_projection.hpp"
+#include "stereo_slam/local_map/landmark.hpp"
 #include "stereo_slam/local_map/match.hpp"
 #include "stereo_slam/rig/lens_residual.hpp"
 #include "stereo_slam/rig/right_image_fit.hpp"
@@ -30,6 +30,10 @@ struct Association {
   std::vector<Match> matches;  ///< ordered by index of the landmark
   RightImageFit right_image;   ///< without points unless patches were aligned in both images
 };
+
+/// The landmarks that should be in view at `T_keyframe_camera`, to be searched where they are predicted.
+[[nodiscard]] Association expect_landmarks(const MapView& map, const PoseGaussian& T_keyframe_camera,
+                                           const LensResidual& lens, const MapSettings& settings);
 
 /// Observed flow of each predicted landmark; nothing if the flow was lost. `T_keyframe_previous` is the mean
 /// of the last posterior.
@@ -54,5 +58,25 @@ struct Association {
                                            const std::vector<std::optional<Vector2<double>>>& search_start_px,
                                            const MapView& map, const StereoFeatures& features,
                                            const AssociationSettings& settings);
+
+/// Data association of one landmark that should be in view. All positions are in the left image.
+struct TracedLandmark {
+  Vector2<double> predicted_px;
+  std::optional<LandmarkFlow> flow;       ///< nothing if it was lost
+  bool static_flow = false;               ///< the flow passed the gate
+  Matrix2<double> search_covariance_px2;  ///< features are searched in its 99 % ellipse
+  std::optional<Vector2<double>> matched_px;
+};
+
+/// Data association of one frame, for debug images like the paper's Fig. 4.
+struct AssociationTrace {
+  std::vector<TracedLandmark> landmarks;
+  std::vector<Vector2<double>> odometry_px;  ///< inliers of the odometry
+};
+
+/// The trace of an association and of the points that the odometry used in the same frame.
+[[nodiscard]] AssociationTrace trace_association(const Association& association,
+                                                 const std::vector<Vector2<double>>& odometry_px,
+                                                 const AssociationSettings& settings);
 
 }  // namespace stereo_slam

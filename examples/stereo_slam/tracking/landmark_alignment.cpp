@@ -7,6 +7,7 @@
 #include <Eigen/LU>
 
 #include "stereo_slam/core/chi_square.hpp"
+#include "stereo_slam/core/parallel.hpp"
 #include "stereo_slam/core/pixel_noise.hpp"
 #include "stereo_slam/frontend/patch_alignment.hpp"
 #include "stereo_slam/frontend/plane_warp.hpp"
@@ -124,27 +125,22 @@ struct PatchMeasurement {
 
 }  // namespace
 
-AlignedLandmarks align_landmarks(const Association& association, const PatchSource& source,
-                                 const StereoView& view, const Pose& T_keyframe_camera,
-                                 const RefinementSettings& settings) {
+void align_landmarks(Association& association, const PatchSource& source, const StereoView& view,
+                     const Pose& T_keyframe_camera, const RefinementSettings& settings) {
   const auto& predicted = association.predicted;
   const PatchMeasurement measurement{source, view, T_keyframe_camera, settings, min_texture(source.left)};
 
   std::vector<PairMeasurement> measured(predicted.size());
-  cv::parallel_for_(cv::Range(0, static_cast<int>(predicted.size())), [&](const cv::Range& range) {
-    for (auto i = static_cast<std::size_t>(range.start); i < static_cast<std::size_t>(range.end); ++i) {
-      const auto& start_px = association.search_start_px[i];
-      if (start_px) measured[i] = measurement.measure(predicted[i], *start_px);
-    }
+  run_each(predicted.size(), [&](std::size_t i) {
+    const auto& start_px = association.search_start_px[i];
+    if (start_px) measured[i] = measurement.measure(predicted[i], *start_px);
   });
-  AlignedLandmarks result;
   std::vector<PairSearch> searches;
   for (auto& [search, match] : measured) {
     if (view.right_is_usable) searches.push_back(search);
-    if (match) result.matches.push_back(std::move(*match));
+    if (match) association.matches.push_back(std::move(*match));
   }
-  result.right_image = fit_of(searches);
-  return result;
+  association.right_image = fit_of(searches);
 }
 
 }  // namespace stereo_slam

@@ -5,8 +5,6 @@
 
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/local_map/landmark.hpp"
-#include "stereo_slam/local_map/match.hpp"
-#include "stereo_slam/rig/right_image_fit.hpp"
 #include "stereo_slam/rig/stereo_view.hpp"
 #include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/tracking/associate.hpp"
@@ -19,13 +17,8 @@ struct PatchSource {
   const cv::Mat& left;  ///< its left image
 };
 
-/// Landmarks of the reference keyframe that were found in a stereo pair.
-struct AlignedLandmarks {
-  std::vector<Match> matches;
-  RightImageFit right_image;  ///< without points if the right image is not usable
-};
-
-/// Matches of the reference keyframe's landmarks with sub-pixel measurements.
+/// Finds landmarks of the reference keyframe with sub-pixel measurements: the matches of the association, and
+/// how well the right image fits.
 ///
 /// The patch around a landmark in the keyframe is warped to look as from the camera at `T_keyframe_camera`,
 /// and aligned in both images of `view`, starting at association.search_start_px. Every frame is compared
@@ -34,8 +27,7 @@ struct AlignedLandmarks {
 ///
 /// If the right image is not usable, the left one alone is searched. The disparities of the matches are then
 /// those predicted, with a standard deviation so large that they do not count.
-[[nodiscard]] AlignedLandmarks align_landmarks(const Association& association, const PatchSource& source,
-                                               const StereoView& view, const Pose& T_keyframe_camera,
-                                               const RefinementSettings& settings);
+void align_landmarks(Association& association, const PatchSource& source, const StereoView& view,
+                     const Pose& T_keyframe_camera, const RefinementSettings& settings);
 
 }  // namespace stereo_slam

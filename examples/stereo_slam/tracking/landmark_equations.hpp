@@ -4,7 +4,7 @@
 #include <antipode/filters/robust_least_squares.hpp>
 
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/local_map/landmark_projection.hpp"
+#include "stereo_slam/local_map/landmark.hpp"
 #include "stereo_slam/tracking/whitened_matches.hpp"
 
 namespace stereo_slam {

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/tracking/landmark_search.hpp"
 
-#include <utility>
-
 #include "stereo_slam/core/median.hpp"
-#include "stereo_slam/local_map/landmark_projection.hpp"
 #include "stereo_slam/tracking/pose_by_flow.hpp"
 
 namespace stereo_slam {
@@ -23,30 +20,20 @@ namespace {
 
 }  // namespace
 
-Association LandmarkSearch::predict(const PoseGaussian& T_keyframe_camera) const {
-  Association association;
-  association.predicted = project_landmarks(map_, T_keyframe_camera, settings_.map.max_baselines);
-  return association;
-}
-
 void LandmarkSearch::observe(Association& association) const {
-  association.flow = observe_flow(association.predicted, map_, T_keyframe_previous_, pyramids_, lens_);
+  association.flow = observe_flow(association.predicted, map, T_keyframe_previous, pyramids, lens);
   association.search_start_px =
-      gate_by_flow(association.predicted, association.flow, lens_, settings_.association);
+      gate_by_flow(association.predicted, association.flow, lens, settings.association);
 }
 
 Association LandmarkSearch::align_patches(const PoseGaussian& T_keyframe_camera, const StereoView& view,
                                           bool motion_known, const ExpectedMotion& expected) const {
-  Association association = predict(T_keyframe_camera);
+  Association association = expect_landmarks(map, T_keyframe_camera, lens, settings.map);
   Pose pose = T_keyframe_camera.pose;
-  if (motion_known && is_precise(association.predicted)) {
-    for (const auto& landmark : association.predicted) {
-      association.search_start_px.emplace_back(lens_.in_image(landmark.z.head<2>()));
-    }
-  } else {
+  if (!motion_known || !is_precise(association.predicted)) {
     observe(association);
-    const auto found = pose_by_flow(association.predicted, association.flow, map_, lens_);
-    if (found && !expected.surprised_by(T_keyframe_previous_.inverse() * found->T_keyframe_camera)) {
+    const auto found = pose_by_flow(association.predicted, association.flow, map, lens);
+    if (found && !expected.surprised_by(T_keyframe_previous.inverse() * found->T_keyframe_camera)) {
       pose = found->T_keyframe_camera;
       for (std::size_t i = 0; i < found->agrees.size(); ++i) {
         association.search_start_px[i].reset();
@@ -54,19 +41,16 @@ Association LandmarkSearch::align_patches(const PoseGaussian& T_keyframe_camera,
       }
     }
   }
-  auto aligned =
-      align_landmarks(association, {map_.landmarks, keyframe_left_}, view, pose, settings_.refinement);
-  association.matches = std::move(aligned.matches);
-  association.right_image = aligned.right_image;
+  align_landmarks(association, {map.landmarks, keyframe_left}, view, pose, settings.refinement);
   return association;
 }
 
 Association LandmarkSearch::match_features(const PoseGaussian& T_keyframe_camera,
                                            const StereoFeatures& features) const {
-  Association association = predict(T_keyframe_camera);
+  Association association = expect_landmarks(map, T_keyframe_camera, lens, settings.map);
   observe(association);
   association.matches =
-      associate(association.predicted, association.search_start_px, map_, features, settings_.association);
+      associate(association.predicted, association.search_start_px, map, features, settings.association);
   return association;
 }
 

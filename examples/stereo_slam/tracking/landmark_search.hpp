@@ -13,18 +13,14 @@
 namespace stereo_slam {
 
 /// Search for the landmarks of the local map in one frame: by aligning their patches, or by features as in
-/// the paper. Keeps references to the constructor's arguments.
-class LandmarkSearch {
- public:
-  /// `T_keyframe_previous` is the mean of the last posterior.
-  LandmarkSearch(const MapView& map, const cv::Mat& keyframe_left, const ConsecutivePyramids& pyramids,
-                 const Pose& T_keyframe_previous, const LensResidual& lens, const Settings& settings)
-      : map_(map),
-        keyframe_left_(keyframe_left),
-        pyramids_(pyramids),
-        T_keyframe_previous_(T_keyframe_previous),
-        lens_(lens),
-        settings_(settings) {}
+/// the paper. Refers to its arguments.
+struct LandmarkSearch {
+  const MapView& map;
+  const cv::Mat& keyframe_left;
+  const ConsecutivePyramids& pyramids;
+  const Pose& T_keyframe_previous;  ///< the mean of the last posterior
+  LensResidual lens;
+  const Settings& settings;
 
   /// Aligns the patches of the keyframe's left image, starting where the landmarks are predicted at
   /// `T_keyframe_camera`. If the motion is not known, or the predicted pose is uncertain by more than 1.5 px,
@@ -39,16 +35,6 @@ class LandmarkSearch {
 
   /// Computes the optical flow, and replaces the association's `flow` and `search_start_px` by its results.
   void observe(Association& association) const;
-
- private:
-  [[nodiscard]] Association predict(const PoseGaussian& T_keyframe_camera) const;
-
-  const MapView& map_;
-  const cv::Mat& keyframe_left_;
-  const ConsecutivePyramids& pyramids_;
-  const Pose& T_keyframe_previous_;
-  LensResidual lens_;
-  const Settings& settings_;
 };
 
 }  // namespace stereo_slam

@@ -16,7 +16,7 @@
 #include "stereo_slam/frontend/likely_slopes.hpp"
 #include "stereo_slam/frontend/patch_alignment.hpp"
 #include "stereo_slam/frontend/plane_warp.hpp"
-#include "stereo_slam/local_map/landmark_projection.hpp"
+#include "stereo_slam/local_map/landmark.hpp"
 #include "stereo_slam/local_map/motion_disparity.hpp"
 
 namespace stereo_slam {
@@ -133,7 +133,9 @@ struct AlignedPatch {
 
 /// The error of the scale that the measurements share: their weighted mean, as the pose would take it.
 [[nodiscard]] double common_scale_sigma(const std::vector<Measurement>& measurements,
-                                        const MeasuredMotion& motion, const LeftCamera& camera) {
+                                        const PoseGaussian& T_keyframe_current,
+                                        const Eigen::Matrix<double, 6, LensResidual::kTerms>& motion_by_lens,
+                                        const LeftCamera& camera) {
   Vector6<double> by_motion = Vector6<double>::Zero();
   Vector2<double> by_lens = Vector2<double>::Zero();
   double weights = 0.0;
@@ -146,8 +148,8 @@ struct AlignedPatch {
   if (!(weights > 0.0)) return 0.0;
   by_motion /= weights;
   by_lens /= weights;
-  by_lens += motion.by_lens.transpose() * by_motion;
-  return std::sqrt(std::max(by_motion.dot(motion.T_keyframe_current.covariance * by_motion) +
+  by_lens += motion_by_lens.transpose() * by_motion;
+  return std::sqrt(std::max(by_motion.dot(T_keyframe_current.covariance * by_motion) +
                                 by_lens.dot(camera.lens_covariance_px2 * by_lens),
                             0.0));
 }
@@ -238,10 +240,10 @@ std::vector<Vector2<double>> MotionStereo::positions() const {
   return result;
 }
 
-MotionStereoPoints MotionStereo::measure(const cv::Mat& left, const std::vector<Match>& matches,
-                                         const MapView& map, const MeasuredMotion& motion,
-                                         const LeftCamera& camera) const {
-  const PoseGaussian& T_keyframe_current = motion.T_keyframe_current;
+StereoPoints MotionStereo::measure(const cv::Mat& left, const std::vector<Match>& matches, const MapView& map,
+                                   const PoseGaussian& T_keyframe_current,
+                                   const Eigen::Matrix<double, 6, LensResidual::kTerms>& motion_by_lens,
+                                   const LeftCamera& camera) const {
   std::vector<Measurement> measurements;
   for (const auto& match : matches) {
     if (const auto landmark = measured_landmark(match, map, T_keyframe_current))
@@ -260,12 +262,12 @@ MotionStereoPoints MotionStereo::measure(const cv::Mat& left, const std::vector<
     if (const auto point = measured_corner(corner.source_px, *aligned, T_source_current, camera))
       measurements.push_back(*point);
   }
-  MotionStereoPoints result;
-  result.scale_sigma = common_scale_sigma(measurements, motion, camera);
+  StereoPoints result;
+  result.scale_sigma = common_scale_sigma(measurements, T_keyframe_current, motion_by_lens, camera);
   for (auto& measurement : measurements) {
     measurement.measured.correlation = 1.0;  // the patches of both images were the same surface
     measurement.measured.on_common_surface = true;
-    result.points.measured.push_back(measurement.measured);
+    result.measured.push_back(measurement.measured);
   }
   return result;
 }

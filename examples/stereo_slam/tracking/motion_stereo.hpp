@@ -15,21 +15,6 @@
 
 namespace stereo_slam {
 
-/// The motion from the last keyframe, and how it depends on the coefficients of the lens, px.
-struct MeasuredMotion {
-  PoseGaussian T_keyframe_current;
-  Eigen::Matrix<double, 6, LensResidual::kTerms> by_lens =
-      Eigen::Matrix<double, 6, LensResidual::kTerms>::Zero();
-};
-
-/// Points of a new keyframe whose depths are not from a right image.
-struct MotionStereoPoints {
-  StereoPoints points;
-  /// Standard deviation, relative to all depths, of the error that the uncertainties of the motion and of the
-  /// lens add to them in common.
-  double scale_sigma = 0.0;
-};
-
 /// Corners that are followed in left images without usable right ones, until the motion of the camera tells
 /// their depths.
 class MotionStereo {
@@ -53,9 +38,11 @@ class MotionStereo {
   /// Stereo measurements, as if there were a right image, of the corners whose depths are known by now, and
   /// of the landmarks that were matched, in a frame that becomes a keyframe. The corners' patches are aligned
   /// with the images in which they were added.
-  [[nodiscard]] MotionStereoPoints measure(const cv::Mat& left, const std::vector<Match>& matches,
-                                           const MapView& map, const MeasuredMotion& motion,
-                                           const LeftCamera& camera) const;
+  /// `motion_by_lens` is how the motion from the last keyframe depends on the coefficients of the lens, px.
+  [[nodiscard]] StereoPoints measure(const cv::Mat& left, const std::vector<Match>& matches,
+                                     const MapView& map, const PoseGaussian& T_keyframe_current,
+                                     const Eigen::Matrix<double, 6, LensResidual::kTerms>& motion_by_lens,
+                                     const LeftCamera& camera) const;
 
   /// Goes on relative to a new keyframe, with the corners whose depths are not known yet.
   void change_keyframe(const PoseGaussian& T_previous_keyframe);

@@ -7,28 +7,13 @@
 #include <Eigen/LU>
 
 #include "stereo_slam/core/pixel_noise.hpp"
-#include "stereo_slam/local_map/landmark_projection.hpp"
+#include "stereo_slam/local_map/landmark.hpp"
 
 namespace stereo_slam {
 namespace {
 
 constexpr double kMinDisparity_px = 0.1;
 constexpr int kIterations = 3;
-
-/// A point with the disparity `first.z()` in the keyframe, as the second camera sees it.
-struct Prediction {
-  Vector3<double> z;
-  Matrix3<double> J_first;  ///< d z / d first measurement
-};
-
-[[nodiscard]] std::optional<Prediction> predict(const StereoPoint& first, const Pose& T_camera_keyframe,
-                                                const StereoCamera& camera) {
-  const Vector3<double> p_camera = T_camera_keyframe * camera.back_project(first);
-  const auto z = camera.project(p_camera);
-  if (!z) return std::nullopt;
-  return Prediction{*z, camera.projection_jacobian(p_camera) * T_camera_keyframe.rotation_matrix() *
-                            camera.back_projection_jacobian(first)};
-}
 
 /// A point measured as `first` in the keyframe and as `second`, with covariance `noise`, in the camera at
 /// `T_keyframe_camera`. The error of the disparity in the keyframe affects both the prediction for the second
@@ -45,7 +30,7 @@ struct Prediction {
   StereoPoint likely = first;
   TwoFramePoint result;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
-    const auto predicted = predict(likely, T_camera_keyframe, camera);
+    const auto predicted = seen_by_second(likely, T_camera_keyframe, camera);
     if (!predicted) return std::nullopt;
     result.J_first = predicted->J_first;
     const Vector3<double> J = result.J_first.col(2);

@@ -17,7 +17,7 @@
 #include "stereo_slam/core/chi_square.hpp"
 #include "stereo_slam/core/median.hpp"
 #include "stereo_slam/core/symmetric_solve.hpp"
-#include "stereo_slam/local_map/landmark_projection.hpp"
+#include "stereo_slam/local_map/landmark.hpp"
 #include "stereo_slam/tracking/landmark_equations.hpp"
 #include "stereo_slam/tracking/pose_likelihood.hpp"
 

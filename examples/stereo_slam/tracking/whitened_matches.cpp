@@ -7,7 +7,7 @@
 #include <Eigen/LU>
 
 #include "stereo_slam/core/symmetric_solve.hpp"
-#include "stereo_slam/local_map/landmark_projection.hpp"
+#include "stereo_slam/local_map/landmark.hpp"
 
 namespace stereo_slam {
 

@@ -4,7 +4,7 @@
 #include <opencv2/core.hpp>
 
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/tracking/association_trace.hpp"
+#include "stereo_slam/tracking/associate.hpp"
 
 namespace stereo_slam {
 

@@ -6,7 +6,7 @@
 
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/io/folder_lock.hpp"
-#include "stereo_slam/tracking/association_trace.hpp"
+#include "stereo_slam/tracking/associate.hpp"
 
 namespace stereo_slam {
 

@@ -5,7 +5,6 @@
 
 #include <opencv2/core.hpp>
 
-#include "stereo_slam/core/landmark_track.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/core/thread_priority.hpp"
-
 #include <thread>
+
+#include "stereo_slam/core/parallel.hpp"
 
 #ifdef __linux__
 #include <sys/resource.h>

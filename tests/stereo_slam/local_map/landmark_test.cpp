@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/local_map/landmark.hpp"
 
-#include "stereo_slam/local_map/landmark_projection.hpp"
 #include "stereo_slam/support/scenes.hpp"
 #include "support/catch.hpp"
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/local_map/landmark_tracks.hpp"
-
 #include <vector>
 
+#include "stereo_slam/local_map/landmark.hpp"
 #include "stereo_slam/support/scenes.hpp"
 #include "support/catch.hpp"
 

@@ -279,7 +279,7 @@ TEST_CASE("Corrections take effect at the same frames, with the same bits, with 
   // One frame more than usual for each fifty keyframes.
   bool is_due = false;
   for (std::size_t k = 0; k < kKeyframes; ++k) {
-    const auto latency = static_cast<std::size_t>(kCorrectionLatency_frames) + k / 50;
+    const auto latency = kCorrectionLatency_frames + k / 50;
     is_due = is_due || first.corrected_at.front() == k * kFramesApart + latency;
   }
   CHECK(is_due);

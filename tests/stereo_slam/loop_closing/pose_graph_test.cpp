@@ -174,8 +174,8 @@ TEST_CASE("The Mahalanobis distance of an edge is what it adds to the sum of squ
   Drive d = drive();
   const auto edge = d.measured(3, kRingLap + 5, Drive::loop_covariance());
   const double expected = LoopPrediction(d.graph, kGraphSettings).mahalanobis_squared(edge);
-  const CovarianceInflation generous{4.0, Matrix6<double>::Identity()};
-  CHECK(LoopPrediction(d.graph, kGraphSettings).mahalanobis_squared(edge, generous) < 0.25 * expected);
+  CHECK(LoopPrediction(d.graph, kGraphSettings).mahalanobis_squared(edge, 4.0, Matrix6<double>::Identity()) <
+        0.25 * expected);
   d.graph.loops.push_back(edge);
   // The odometry alone fits itself exactly, so all of the cost is the edge's. To first order in the drift.
   CHECK(2.0 * optimize(d.graph, kGraphSettings).final_cost == Approx(expected).epsilon(0.05));

@@ -39,7 +39,7 @@ TEST_CASE("The motion of exact correspondences is found exactly, from any nearby
   const Pose motion = test::car_motion();
   const auto matches = correspondences(random, 80, motion, 0.0);
   const auto estimate =
-      estimate_motion({matches}, test::kitti_camera(), {Pose::identity()}, odometry_settings(), random);
+      estimate_motion(matches, test::kitti_camera(), {Pose::identity()}, odometry_settings(), random);
   REQUIRE(estimate.valid);
   CHECK(estimate.T_previous_current.pose.boxminus(motion).norm() < 1e-9);
   CHECK(estimate.inlier_count == 80);
@@ -53,7 +53,7 @@ TEST_CASE("The motion survives half of the correspondences being wrong", "[stere
     matches[i].current = test::random_measurement(random, test::kitti_camera(), 5.0, 60.0);
   }
   const auto estimate =
-      estimate_motion({matches}, test::kitti_camera(), {Pose::identity()}, odometry_settings(), random);
+      estimate_motion(matches, test::kitti_camera(), {Pose::identity()}, odometry_settings(), random);
   REQUIRE(estimate.valid);
   const Vector6<double> error = motion.boxminus(estimate.T_previous_current.pose);
   CHECK(error.head<3>().norm() < 1e-3);
@@ -71,16 +71,16 @@ TEST_CASE("Static points outvote a lorry that fills the image, and have no other
   matches.insert(matches.end(), on_lorry.begin(), on_lorry.end());
   const auto static_points = correspondences(random, 100, motion, kSigma_px);
   const auto estimate =
-      estimate_motion({matches, static_points}, test::kitti_camera(), {motion}, odometry_settings(), random);
+      estimate_motion(matches, test::kitti_camera(), {motion}, odometry_settings(), random, static_points);
   REQUIRE(estimate.valid);
   CHECK(motion.boxminus(estimate.T_previous_current.pose).tail<3>().norm() < 0.05);
   CHECK(estimate.is_inlier.size() == matches.size());
   const auto alone =
-      estimate_motion({{matches.data(), 60}}, test::kitti_camera(), {motion}, odometry_settings(), random);
+      estimate_motion({matches.data(), 60}, test::kitti_camera(), {motion}, odometry_settings(), random);
   CHECK(estimate.T_previous_current.covariance(5, 5) > 0.3 * alone.T_previous_current.covariance(5, 5));
 
   const auto fooled =
-      estimate_motion({matches}, test::kitti_camera(), {Pose::identity()}, odometry_settings(), random);
+      estimate_motion(matches, test::kitti_camera(), {Pose::identity()}, odometry_settings(), random);
   CHECK(fooled.T_previous_current.pose.translation().norm() < 0.1);
 }
 
@@ -93,7 +93,7 @@ TEST_CASE("Far points agree with any motion but do not hold back the first one",
     const auto far = correspondences(random, 120, motion, kSigma_px, 100.0, 400.0);
     matches.insert(matches.end(), far.begin(), far.end());
     const auto estimate =
-        estimate_motion({matches}, test::kitti_camera(), {Pose::identity()}, odometry_settings(), random);
+        estimate_motion(matches, test::kitti_camera(), {Pose::identity()}, odometry_settings(), random);
     REQUIRE(estimate.valid);
     CHECK(motion.boxminus(estimate.T_previous_current.pose).tail<3>().norm() < 0.1);
   }
@@ -112,16 +112,14 @@ TEST_CASE("Of two motions that many points agree on, the one that continues the 
   auto matches = correspondences(random, 80, motion, kSigma_px);
   const auto on_lorry = correspondences(random, 95, Pose::identity(), kSigma_px);
   matches.insert(matches.end(), on_lorry.begin(), on_lorry.end());
-  const auto estimate =
-      estimate_motion({matches}, test::kitti_camera(), expected, odometry_settings(), random);
+  const auto estimate = estimate_motion(matches, test::kitti_camera(), expected, odometry_settings(), random);
   REQUIRE(estimate.valid);
   CHECK_FALSE(estimate.surprising);
   CHECK(motion.boxminus(estimate.T_previous_current.pose).tail<3>().norm() < 0.05);
 
   // A jump that nearly all points agree on is real.
   const auto jump = correspondences(random, 120, test::car_motion(-2.0), kSigma_px);
-  const auto after_jump =
-      estimate_motion({jump}, test::kitti_camera(), expected, odometry_settings(), random);
+  const auto after_jump = estimate_motion(jump, test::kitti_camera(), expected, odometry_settings(), random);
   REQUIRE(after_jump.valid);
   CHECK(after_jump.surprising);
   CHECK(after_jump.T_previous_current.pose.boxminus(test::car_motion(-2.0)).tail<3>().norm() < 0.05);
@@ -136,7 +134,7 @@ TEST_CASE("Against a steady motion a few points prove no surprise; where nothing
     auto matches = correspondences(random, on_street, motion, kSigma_px, 5.0, 30.0);
     const auto moving = correspondences(random, on_lorry, of_lorry, kSigma_px, 5.0, 30.0);
     matches.insert(matches.end(), moving.begin(), moving.end());
-    return estimate_motion({matches}, test::kitti_camera(), expected, odometry_settings(), random);
+    return estimate_motion(matches, test::kitti_camera(), expected, odometry_settings(), random);
   };
   const auto is_lorrys = [&](const MotionEstimate& estimate) {
     return estimate.valid && of_lorry.boxminus(estimate.T_previous_current.pose).tail<3>().norm() < 0.1;
@@ -165,7 +163,7 @@ TEST_CASE("Points that were static for long outvote more new points", "[stereo_s
     const auto moving = correspondences(random, 60, test::car_motion(-0.2), kSigma_px, 5.0, 30.0);
     matches.insert(matches.end(), moving.begin(), moving.end());
     const auto estimate =
-        estimate_motion({matches}, test::kitti_camera(), {motion}, odometry_settings(), random);
+        estimate_motion(matches, test::kitti_camera(), {motion}, odometry_settings(), random);
     return motion.boxminus(estimate.T_previous_current.pose).tail<3>().norm();
   };
   CHECK(translation_error_m(1.0) > 0.5);
@@ -180,7 +178,7 @@ TEST_CASE("The reported covariance of the motion is consistent with its errors",
   for (int run = 0; run < kRuns; ++run) {
     const auto matches = correspondences(random, 150, motion, kSigma_px);
     const auto estimate =
-        estimate_motion({matches}, test::kitti_camera(), {motion}, odometry_settings(), random);
+        estimate_motion(matches, test::kitti_camera(), {motion}, odometry_settings(), random);
     REQUIRE(estimate.valid);
     const Vector6<double> error = motion.boxminus(estimate.T_previous_current.pose);
     nees += error.dot(estimate.T_previous_current.covariance.ldlt().solve(error));
@@ -202,7 +200,7 @@ TEST_CASE("Far points do not make the motion too long", "[stereo_slam][odometry]
   for (int run = 0; run < kRuns; ++run) {
     const auto matches = correspondences(random, 300, motion, kSigma_px, 30.0, 150.0);
     const auto estimate =
-        estimate_motion({matches}, test::kitti_camera(), {motion}, odometry_settings(), random);
+        estimate_motion(matches, test::kitti_camera(), {motion}, odometry_settings(), random);
     REQUIRE(estimate.valid);
     forward += motion.boxminus(estimate.T_previous_current.pose)[5] / kRuns;
     variance += estimate.T_previous_current.covariance(5, 5) / (kRuns * kRuns);
@@ -217,7 +215,7 @@ TEST_CASE("Too few correspondences, or none, give no motion", "[stereo_slam][odo
   for (const int count : {0, 2, 11}) {
     const auto matches = correspondences(random, count, start, kSigma_px);
     const auto estimate =
-        estimate_motion({matches}, test::kitti_camera(), {start}, odometry_settings(), random);
+        estimate_motion(matches, test::kitti_camera(), {start}, odometry_settings(), random);
     CHECK_FALSE(estimate.valid);
     CHECK(estimate.T_previous_current.pose.is_approx(start, 1e-15));
   }
@@ -232,7 +230,7 @@ TEST_CASE("Correspondences of nothing but noise give no confident motion", "[ste
                        test::random_measurement(random, test::kitti_camera(), 5.0, 60.0)});
   }
   const auto estimate =
-      estimate_motion({matches}, test::kitti_camera(), {Pose::identity()}, odometry_settings(), random);
+      estimate_motion(matches, test::kitti_camera(), {Pose::identity()}, odometry_settings(), random);
   CHECK_FALSE(estimate.valid);
 }
 
@@ -257,7 +255,7 @@ TEST_CASE("A motion is valid only if its covariance can be a density of poses", 
       const auto current = camera.project(motion.inverse() * camera.back_project(previous));
       if (current) matches.push_back({previous, *current + test::stereo_noise(random, sigma_px)});
     }
-    const auto estimate = estimate_motion({matches}, camera, {motion}, lenient, random);
+    const auto estimate = estimate_motion(matches, camera, {motion}, lenient, random);
     if (!estimate.valid) continue;
     ++valid;
     CHECK_NOTHROW(PoseDensity::from_pose_covariance(estimate.T_previous_current.pose,
@@ -272,9 +270,9 @@ TEST_CASE("The same seed gives the same motion, bit for bit", "[stereo_slam][odo
   std::mt19937_64 first(1);
   std::mt19937_64 second(1);
   const auto a =
-      estimate_motion({matches}, test::kitti_camera(), {Pose::identity()}, odometry_settings(), first);
+      estimate_motion(matches, test::kitti_camera(), {Pose::identity()}, odometry_settings(), first);
   const auto b =
-      estimate_motion({matches}, test::kitti_camera(), {Pose::identity()}, odometry_settings(), second);
+      estimate_motion(matches, test::kitti_camera(), {Pose::identity()}, odometry_settings(), second);
   CHECK(a.T_previous_current.pose.coeffs() == b.T_previous_current.pose.coeffs());
   CHECK(a.T_previous_current.covariance == b.T_previous_current.covariance);
 }

@@ -20,9 +20,7 @@ constexpr double kChi2_6_9999 = 27.86;
 
 TwoViewAdjustment adjustment_of(const std::vector<StereoCorrespondence>& correspondences,
                                 const Pose& initial) {
-  return TwoViewAdjustment(correspondences, kSmallCamera, initial, [](const StereoCorrespondence&) {
-    return stereo_pixel_covariance(kAssumedSigma_px);
-  });
+  return TwoViewAdjustment(correspondences, kSmallCamera, initial, kAssumedSigma_px);
 }
 
 std::vector<StereoCorrespondence> facade(std::uint64_t seed, const Pose& T_previous_current) {
@@ -88,9 +86,8 @@ MeasuredShare share_of_path_over_plane(double disparity_px, double noise_px) {
       correspondences.push_back({first, *z_current + test::stereo_noise(random, noise_px)});
     }
     const std::vector<std::uint8_t> all(correspondences.size(), 1);
-    const auto noise = [&](const StereoCorrespondence&) { return stereo_pixel_covariance(noise_px); };
     const auto found =
-        TwoViewAdjustment(correspondences, camera, Pose::identity(), noise).solve(Pose::identity(), all);
+        TwoViewAdjustment(correspondences, camera, Pose::identity(), noise_px).solve(Pose::identity(), all);
     REQUIRE(found);
     const double share = found->pose.translation().norm() / T_previous_current.translation().norm();
     sum += share;

@@ -3,7 +3,7 @@
 
 #include <Eigen/LU>
 
-#include "stereo_slam/local_map/landmark_projection.hpp"
+#include "stereo_slam/local_map/landmark.hpp"
 #include "stereo_slam/support/scenes.hpp"
 #include "support/catch.hpp"
 

@@ -92,7 +92,8 @@ TEST_CASE("A rig that is learned hands on what the next run can begin with", "[s
   CHECK(summary.learned->camera.fx == test::kitti_camera().fx);
   REQUIRE(summary.right_delay);
   CHECK(summary.right_delay->seconds == 0.01);
-  const RightCamera next = RightCamera::resumed(summary.learned->camera, {}, summary.learned->estimate);
+  RightCamera next(summary.learned->camera, {});
+  next.resume(summary.learned->estimate);
   CHECK(next.is_late());
   CHECK_FALSE(next.summary().refused_learned);
 }

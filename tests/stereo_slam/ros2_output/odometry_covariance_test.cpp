@@ -24,7 +24,7 @@ constexpr CalibrationError kError{.scale_sigma = 0.002, .axes_sigma_rad = 0.001,
 /// The results of a car that drives `frames` frames with a keyframe every third one, by the program's Path.
 [[nodiscard]] std::vector<FrameResult> drive(int frames) {
   Path path;
-  path.begin(0);
+  path.trajectory().begin(0);
   std::vector<FrameResult> results;
   PoseGaussian T_keyframe_camera;
   for (int i = 0; i < frames; ++i) {
@@ -39,7 +39,7 @@ constexpr CalibrationError kError{.scale_sigma = 0.002, .axes_sigma_rad = 0.001,
     if (i == 0) result.is_keyframe = true;
     if (i > 0 && i % 3 == 0) {
       result.is_keyframe = true;
-      path.add_keyframe(result.index, T_keyframe_camera);
+      path.trajectory().add_keyframe(result.index, T_keyframe_camera);
       path.report_keyframe(result);
       T_keyframe_camera = {};
     }

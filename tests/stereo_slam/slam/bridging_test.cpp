@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/slam/bridging.hpp"
-
+#include "stereo_slam/slam/keyframe_trajectory.hpp"
 #include "stereo_slam/support/scenes.hpp"
 #include "support/catch.hpp"
 

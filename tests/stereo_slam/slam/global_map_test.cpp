@@ -109,10 +109,10 @@ TEST_CASE("Landmarks of a loaded map come first, and ids of the run after its id
   const auto& points = map.archived(run.local_map, run.trajectory, true);
   REQUIRE(points.size() == 20 + loaded.points.size());
   CHECK(points[0].landmark == loaded.points[0].landmark);
-  const auto extent = extent_of(loaded);
+  const auto ids = MapIds::after(loaded);
   for (std::size_t i = loaded.points.size(); i < points.size(); ++i) {
-    CHECK(points[i].landmark > extent.landmarks);
-    CHECK(points[i].keyframe >= extent.keyframes);
+    CHECK(points[i].landmark > ids.landmarks);
+    CHECK(points[i].keyframe >= ids.keyframes);
   }
 }
 

@@ -15,7 +15,7 @@
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/io/trajectory_io.hpp"
 #include "stereo_slam/slam/slam_system.hpp"
-#include "stereo_slam/tracking/association_trace.hpp"
+#include "stereo_slam/tracking/associate.hpp"
 #include "support/files.hpp"
 
 /// Drives among moving vehicles whose pixels are known, and how much of what the SLAM uses lies on them.

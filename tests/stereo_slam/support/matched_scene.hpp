@@ -7,7 +7,6 @@
 
 #include "stereo_slam/core/pose_estimate.hpp"
 #include "stereo_slam/local_map/landmark.hpp"
-#include "stereo_slam/local_map/landmark_projection.hpp"
 #include "stereo_slam/local_map/match.hpp"
 #include "stereo_slam/support/scenes.hpp"
 

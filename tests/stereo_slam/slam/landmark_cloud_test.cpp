@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/loop_closing/landmark_cloud.hpp"
-
+#include "stereo_slam/slam/global_map.hpp"
 #include "stereo_slam/support/random_map.hpp"
 #include "support/catch.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/core/thread_priority.hpp"
+#include "stereo_slam/core/parallel.hpp"
 
 #ifdef __linux__
 #include <sys/resource.h>
