@@ -21,7 +21,6 @@ constexpr std::size_t kFewestAgreeing = 15;
 constexpr int kHalfPatch_px = 5;   // of the patch that is searched
 const cv::Point kReach_px(14, 7);  // of the search: a vibration of 4 px reaches it once in 2000 frames
 constexpr double kLeastCorrelation = 0.8;  // of the patches
-constexpr double kPriorSigma_px = 20.0;    // of a displacement of which nothing is known
 
 /// Where the pattern around `left_px` is in the right image, near `expected_px`, to a whole pixel.
 [[nodiscard]] std::optional<Vector2<double>> search_around(const cv::Mat& left, const cv::Mat& right,
@@ -113,9 +112,10 @@ struct MotionInLeft {
   return result;
 }
 
-/// The points linearised at a motion.
+/// The points linearised at a motion and a displacement.
 [[nodiscard]] std::vector<DisplacementConstraint> linearise(const std::vector<FoundPoint>& points,
                                                             const Pose& T_previous_current,
+                                                            const RectificationResidual& displaced,
                                                             const StereoCamera& camera, double sigma_px) {
   const Matrix3<double> S_inverse = (2.0 * stereo_pixel_covariance(sigma_px)).inverse();  // both are noisy
   std::vector<DisplacementConstraint> constraints;
@@ -124,10 +124,11 @@ struct MotionInLeft {
     const auto expected = camera.project(p);
     if (!expected) continue;
     const Matrix3<double> J = camera.projection_jacobian(p);
-    DisplacementConstraint c{.innovation = point.current.z - *expected,
+    const StereoMeasurement current = displaced.measure(point.current.left_px, point.right_px);
+    DisplacementConstraint c{.innovation = current.z - *expected,
                              .S_inverse = S_inverse,
                              .J_pose = {},
-                             .row_error_px = point.current.row_error_px,
+                             .row_error_px = current.row_error_px,
                              .basis = ImageDisplacement::basis(point.right_px, camera)};
     c.J_pose << J * antipode::skew(p), -J;
     constraints.push_back(c);
@@ -141,22 +142,28 @@ std::optional<DisplacementEstimate> search_displacement(const std::vector<Stereo
                                                         const ConsecutivePyramids& pyramids,
                                                         const StereoView& view,
                                                         const Pose& expected_T_previous_current,
+                                                        const DisplacementPrior& prior,
                                                         const OdometrySettings& settings) {
   constexpr int kLinearisations = 3;
   const auto points = find_points(previous, pyramids, view, expected_T_previous_current, settings);
   if (points.size() < kFewestAgreeing) return std::nullopt;
   const auto in_left = motion_of_found(points, view.camera);
   if (!in_left) return std::nullopt;
-  DisplacementPrior prior;
-  prior.information.diagonal().setConstant(1.0 / (kPriorSigma_px * kPriorSigma_px));
   Pose motion = in_left->T_previous_current;
+  ImageDisplacement::Coefficients displacement = ImageDisplacement::Coefficients::Zero();
   std::optional<DisplacementEstimate> estimate;
   for (int i = 0; i < kLinearisations; ++i) {
-    estimate = estimate_displacement(linearise(in_left->points, motion, view.camera, settings.pixel_sigma_px),
-                                     prior);
+    DisplacementPrior relative = prior;
+    relative.mean -= displacement;
+    estimate = estimate_displacement(
+        linearise(in_left->points, motion, view.rectification.displaced_further(displacement), view.camera,
+                  settings.pixel_sigma_px),
+        relative);
     if (!estimate) return std::nullopt;
     motion = motion.boxplus(estimate->pose_change);
+    displacement += estimate->change;
   }
+  estimate->change = displacement;
   const auto agreeing = static_cast<std::size_t>(estimate->agreeing);
   if (agreeing < kFewestAgreeing || 2 * agreeing < points.size()) return std::nullopt;
   return estimate;

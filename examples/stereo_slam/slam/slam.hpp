@@ -98,10 +98,15 @@ class Slam final : public SlamSystem {
   [[nodiscard]] FrameMeasurement measure(const FrameImages& images, const SearchedRightImage& searched,
                                          AssociationTrace* trace, StageClock& clock) const;
   void learn_velocity();
-  void find_first_velocity(const FrameImages& images, StageClock& clock);
+  void correct_last_exposure(const FrameImages& images);
+  [[nodiscard]] FrameMeasurement unmeasured(const RightImageState& right) const {
+    return {.right = right, .tracks = tracks_, .odometry = {}, .prior = posterior_, .matches = {}};
+  }
   void find_first_displacement(const FrameImages& images);
   [[nodiscard]] std::vector<StereoPlane> points_of_previous() const;
   [[nodiscard]] RightImageState next_right_image(const FrameImages& images) const;
+  [[nodiscard]] SearchedRightImage searched(const RightImageState& image,
+                                            const std::optional<DisplacementEstimate>& displacement) const;
   [[nodiscard]] std::optional<DisplacementEstimate> displacement_in(const FrameImages& images,
                                                                     const RightImageState& right) const;
   void measure_motion(const FrameImages& images, FrameMeasurement& measured) const;

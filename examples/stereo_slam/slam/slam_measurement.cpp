@@ -42,17 +42,6 @@ namespace {
   return !fits(undisplaced) || matches(displaced) > kMore * matches(undisplaced);
 }
 
-/// The right image with a displacement, if one was found.
-[[nodiscard]] SearchedRightImage displaced(const RightImageState& image,
-                                           const std::optional<DisplacementEstimate>& displacement) {
-  SearchedRightImage result{image};
-  if (!displacement) return result;
-  result.image.displacement = displacement->change;
-  result.image.covariance = displacement->covariance;
-  result.pose_covariance = displacement->pose_covariance();
-  return result;
-}
-
 }  // namespace
 
 /// Measures a frame, with the displacement of its right image if that is expected, or if a displacement
@@ -60,14 +49,21 @@ namespace {
 FrameMeasurement Slam::measure(const FrameImages& images, AssociationTrace* trace, StageClock& clock) const {
   const RightImageState right = next_right_image(images);
   if (right_camera_.may_be_displaced())
-    return measure(images, displaced(right, displacement_in(images, right)), trace, clock);
+    return measure(images, searched(right, displacement_in(images, right)), trace, clock);
   FrameMeasurement undisplaced = measure(images, SearchedRightImage{right}, trace, clock);
   if (!may_be_displaced(undisplaced, previous_.matches)) return undisplaced;
   constexpr int kEnoughToBegin = 30;  // fewer may agree by chance
   const auto displacement = displacement_in(images, right);
   if (!displacement || displacement->agreeing < kEnoughToBegin) return undisplaced;
-  FrameMeasurement measured = measure(images, displaced(right, displacement), trace, clock);
+  FrameMeasurement measured = measure(images, searched(right, displacement), trace, clock);
   return is_better(measured, undisplaced) ? measured : undisplaced;
+}
+
+/// The right image with a displacement, if one was found.
+SearchedRightImage Slam::searched(const RightImageState& image,
+                                  const std::optional<DisplacementEstimate>& displacement) const {
+  if (!displacement) return {image};
+  return {right_camera_.displaced(image, *displacement), displacement->pose_covariance()};
 }
 
 /// The right image of a frame before it is measured. If it is late, the motion in the left images tells the
@@ -81,7 +77,7 @@ RightImageState Slam::next_right_image(const FrameImages& images) const {
       motion_in_left(points_of_previous(), pyramids, right_camera_.view_of(images.frame, right), expected,
                      settings_.odometry);
   const auto velocity = motion ? motion_.velocity_by(*motion, images.frame.stamp_ns) : std::nullopt;
-  if (velocity) right.velocity = right_camera_.velocity_at_exposure(*velocity);
+  if (velocity) right.late = right_camera_.motion_until_exposure(*velocity);
   return right;
 }
 
@@ -108,14 +104,14 @@ std::optional<DisplacementEstimate> Slam::displacement_in(const FrameImages& ima
   const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
   const StereoView view = right_camera_.view_of(images.frame, right);
   const Pose expected = motion_.expected_until(images.frame.stamp_ns).T_previous_current;
-  return search_displacement(points_of_previous(), pyramids, view, expected, settings_.odometry);
+  return search_displacement(points_of_previous(), pyramids, view, expected,
+                             right_camera_.searched_displacement(), settings_.odometry);
 }
 
 /// System input, prediction, and data association with a right image.
 FrameMeasurement Slam::measure(const FrameImages& images, const SearchedRightImage& searched,
                                AssociationTrace* trace, StageClock& clock) const {
-  FrameMeasurement measured{
-      .right = searched.image, .tracks = tracks_, .odometry = {}, .prior = posterior_, .matches = {}};
+  FrameMeasurement measured = unmeasured(searched.image);
   measure_motion(images, measured);  // u_k, eq. 11
   if (measured.odometry.valid) measured.odometry.T_previous_current.covariance += searched.pose_covariance;
   see_with_velocity(images, measured);
@@ -147,7 +143,7 @@ void Slam::measure_motion(const FrameImages& images, FrameMeasurement& measured)
 /// Sees a late right image with the velocity of the odometry, which is more exact than that of the left image
 /// alone.
 void Slam::see_with_velocity(const FrameImages& images, FrameMeasurement& measured) const {
-  if (!right_camera_.is_late() || !measured.odometry.valid || !measured.right.velocity) return;
+  if (!right_camera_.is_late() || !measured.odometry.valid || !measured.right.late) return;
   const auto velocity = motion_.velocity_by(measured.odometry.T_previous_current.pose, images.frame.stamp_ns);
   if (!velocity) return;
   measured.tracks.remeasure(right_camera_.move_with(*velocity, measured.right));
@@ -266,10 +262,10 @@ std::optional<DisplacementEstimate> Slam::displacement_of(const FrameImages& ima
   const bool displaced = right_camera_.may_be_displaced();
   const PoseGaussian& prior = measured.prior;
   DisplacementPrior known{
-      .pose_information = solve_symmetric(prior.covariance, Matrix6<double>::Identity()),
       .mean = -measured.right.displacement,
       .information = ImageDisplacement::Covariance::Identity() / (kUnknown_px * kUnknown_px)};
-  if (displaced) known.information = right_camera_.displacement_information(measured.right);
+  if (displaced) known = right_camera_.displacement_prior(measured.right);
+  known.pose_information = solve_symmetric(prior.covariance, Matrix6<double>::Identity());
   const StereoView view = right_camera_.view_of(images.frame, measured.right);
   return estimate_displacement(
       displacement_constraints(measured.matches, local_map_.view(), view, prior.pose,
