@@ -80,7 +80,7 @@ Remeasurement RightCamera::expose_with(const RigVelocity& next) {
   }
   late.sigma_turn_rad = variance_rad2.cwiseSqrt();
   keyframe_motion_ = image_.late = late;
-  const Remeasurement change{before, geometry(image_)};
+  Remeasurement change{before, geometry(image_)};
   for (auto& match : keyframe_matches_) match = change.of(match);
   if (measured_velocity_) rectification_.add_delay(keyframe_matches_, late);
   return change;

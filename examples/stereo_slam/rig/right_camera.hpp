@@ -187,8 +187,8 @@ class RightCamera {
   Vector3<double> surprise2_ =
       Vector3<double>::Zero();  // mean square of what its translation was beside a constant change
   int surprises_ = 0;
-  std::vector<StereoMeasurement> keyframe_matches_;  // of it, if right images are late
-  std::optional<LateMotion> keyframe_motion_;        // until the right image of the last keyframe was exposed
+  std::optional<LateMotion> keyframe_motion_;  // until the late right image of the last keyframe was exposed
+  std::vector<StereoMeasurement> keyframe_matches_;  // of that image
   bool came_to_rest_ = false;                        // at the last keyframe, after a displacement
   bool disparities_tested_ = false;                  // a motion told whether they have a large error
   int disparity_tests_left_ = 10;

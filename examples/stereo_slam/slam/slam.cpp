@@ -91,8 +91,7 @@ TrackedPose Slam::track(const FrameImages& images, AssociationTrace* trace, Stag
 /// frame is a keyframe: the disparities of its landmarks depend on the velocity then, and this motion tells
 /// the velocity after it. When the map begins, none was known, and the motion depends on the disparities.
 void Slam::correct_last_exposure(const FrameImages& images) {
-  constexpr int kFirstRounds =
-      4;  // lengths are up to a third wrong without it, and every round leaves a third
+  constexpr int kFirstRounds = 4;  // lengths are up to a third wrong, and every round leaves a third
   const bool first = !motion_.known();
   const bool after_keyframe = !previous_.lost && path_.trajectory().reference_frame() + 1 == path_.frames();
   if (!right_camera_.is_late() || !(first || after_keyframe)) return;
