@@ -21,7 +21,6 @@ constexpr std::size_t kFewestAgreeing = 15;
 constexpr int kHalfPatch_px = 5;   // of the patch that is searched
 const cv::Point kReach_px(14, 7);  // of the search: a vibration of 4 px reaches it once in 2000 frames
 constexpr double kLeastCorrelation = 0.8;  // of the patches
-constexpr double kPriorSigma_px = 20.0;    // of a displacement of which nothing is known
 
 /// Where the pattern around `left_px` is in the right image, near `expected_px`, to a whole pixel.
 [[nodiscard]] std::optional<Vector2<double>> search_around(const cv::Mat& left, const cv::Mat& right,
@@ -102,9 +101,10 @@ struct PointSearch {
   return motion_by_positions(previous, current_px, camera);
 }
 
-/// The points linearised at a motion.
+/// The points linearised at a motion and a displacement.
 [[nodiscard]] std::vector<DisplacementConstraint> linearise(const std::vector<FoundPoint>& points,
                                                             const Pose& T_previous_current,
+                                                            const RectificationResidual& displaced,
                                                             const StereoCamera& camera, double sigma_px) {
   const Matrix3<double> S_inverse = (2.0 * stereo_pixel_covariance(sigma_px)).inverse();  // both are noisy
   const Pose T_current_previous = T_previous_current.inverse();
@@ -112,10 +112,11 @@ struct PointSearch {
   for (const auto& point : points) {
     const auto expected = seen_by_second(point.previous, T_current_previous, camera);
     if (!expected) continue;
-    constraints.push_back({.innovation = point.current.z - expected->z,
+    const StereoMeasurement current = displaced.measure(point.current.left_px, point.right_px);
+    constraints.push_back({.innovation = current.z - expected->z,
                            .S_inverse = S_inverse,
                            .J_pose = expected->J_motion,
-                           .row_error_px = point.current.row_error_px,
+                           .row_error_px = current.row_error_px,
                            .basis = ImageDisplacement::basis(point.right_px, camera)});
   }
   return constraints;
@@ -127,6 +128,7 @@ std::optional<DisplacementEstimate> search_displacement(const std::vector<Stereo
                                                         const ConsecutivePyramids& pyramids,
                                                         const StereoView& view,
                                                         const Pose& expected_T_previous_current,
+                                                        const DisplacementPrior& prior,
                                                         const OdometrySettings& settings) {
   constexpr int kLinearisations = 3;
   const auto points = find_points(previous, pyramids, view, expected_T_previous_current, settings);
@@ -135,16 +137,21 @@ std::optional<DisplacementEstimate> search_displacement(const std::vector<Stereo
   if (!in_left) return std::nullopt;
   std::vector<FoundPoint> agreeing_in_left;
   for (const std::size_t i : in_left->agreeing) agreeing_in_left.push_back(points[i]);
-  DisplacementPrior prior;
-  prior.information.diagonal().setConstant(1.0 / (kPriorSigma_px * kPriorSigma_px));
   Pose motion = in_left->T_previous_current;
+  ImageDisplacement::Coefficients displacement = ImageDisplacement::Coefficients::Zero();
   std::optional<DisplacementEstimate> estimate;
   for (int i = 0; i < kLinearisations; ++i) {
+    DisplacementPrior relative = prior;
+    relative.mean -= displacement;
     estimate = estimate_displacement(
-        linearise(agreeing_in_left, motion, view.camera, settings.pixel_sigma_px), prior);
+        linearise(agreeing_in_left, motion, view.rectification.displaced_further(displacement), view.camera,
+                  settings.pixel_sigma_px),
+        relative);
     if (!estimate) return std::nullopt;
     motion = motion.boxplus(estimate->pose_change);
+    displacement += estimate->change;
   }
+  estimate->change = displacement;
   const auto agreeing = static_cast<std::size_t>(estimate->agreeing);
   if (agreeing < kFewestAgreeing || 2 * agreeing < points.size()) return std::nullopt;
   return estimate;

@@ -13,7 +13,8 @@
 namespace stereo_slam {
 
 /// The displacement of the right image of a frame against that of `view`, from points that are known in the
-/// frame before, and the motion between the frames, relative to the expected one.
+/// frame before, and the motion between the frames, relative to the expected one. `prior` is what is known of
+/// the displacement.
 ///
 /// Optical flow finds the points in the left image, see follow_in_left(). Around where their disparities put
 /// them in the right one, a window of several pixels is searched for the patch of the left image; the best
@@ -21,6 +22,7 @@ namespace stereo_slam {
 /// those that were found.
 [[nodiscard]] std::optional<DisplacementEstimate> search_displacement(
     const std::vector<StereoPlane>& previous, const ConsecutivePyramids& pyramids, const StereoView& view,
-    const Pose& expected_T_previous_current, const OdometrySettings& settings);
+    const Pose& expected_T_previous_current, const DisplacementPrior& prior,
+    const OdometrySettings& settings);
 
 }  // namespace stereo_slam

@@ -16,16 +16,16 @@ namespace stereo_slam {
 namespace {
 
 constexpr double kUnknown_px = 10.0;  // a rotation of the right camera in one frame
-constexpr double kInterval_s = 1e-4;  // of a finite difference: points move by less than a pixel
+constexpr double kLeastStep_m = 1e-4;
 
-constexpr int kRotation = 4;  // that of one frame: b, c, d and e of ImageDisplacement
+constexpr int kOwn = 6;  // of one frame: a rotation and a translation of the right camera
 constexpr int kConsidered = RectificationResidual::kTerms + 1;  // row coefficients, and the delay
-using Rotation = antipode::VectorChart<double, kRotation>;
+using Own = antipode::VectorChart<double, kOwn>;
 
-/// A row error, and how it depends on the rotation and on row coefficients and delay.
+/// A row error, and how it depends on what the frame has of its own and on row coefficients and delay.
 struct RowOfMatch {
   antipode::Vector<double, 1> error_px;
-  antipode::Matrix<double, 1, kRotation> by_rotation;
+  antipode::Matrix<double, 1, kOwn> by_own;
   antipode::Matrix<double, 1, kConsidered> by_considered;
 };
 
@@ -34,12 +34,12 @@ struct RowsOfFrame {
   std::span<const RowOfMatch> rows;
 
   template <class Sums>
-  void operator()(const Rotation::Point& rotation, Sums& sums) const {
+  void operator()(const Own::Point& own, Sums& sums) const {
     const auto information =
         antipode::Matrix<double, 1>::Constant(1.0 / (kRowSigma_px * kRowSigma_px)).eval();
     for (const auto& row : rows) {
-      const antipode::Vector<double, 1> left = row.error_px - row.by_rotation * rotation;
-      sums.template add<1>(left, information, row.by_rotation, row.by_considered);
+      const antipode::Vector<double, 1> left = row.error_px - row.by_own * own;
+      sums.template add<1>(left, information, row.by_own, row.by_considered);
     }
   }
 };
@@ -50,21 +50,6 @@ struct RowsOfFrame {
 }
 
 }  // namespace
-
-DelayDerivatives::DelayDerivatives(const RectificationResidual& geometry, const RigVelocity& velocity,
-                                   double delay_s)
-    : before_(geometry.late(velocity.motion_in(delay_s - kInterval_s))),
-      now_(geometry.late(velocity.motion_in(delay_s))),
-      after_(geometry.late(velocity.motion_in(delay_s + kInterval_s))) {}
-
-DelayDerivative DelayDerivatives::of(const StereoPoint& z) const {
-  const Vector2<double> left_px = now_.left_position(z);
-  const Vector2<double> right_px = now_.right_position(left_px, z.z());
-  const StereoMeasurement first = before_.measure(left_px, right_px);
-  const StereoMeasurement last = after_.measure(left_px, right_px);
-  return {(last.z.z() - first.z.z()) / (2.0 * kInterval_s),
-          (last.row_error_px - first.row_error_px) / (2.0 * kInterval_s)};
-}
 
 void ExposureDelay::begin_with(const DelayEstimate& known) {
   if (!std::isfinite(known.seconds) || !(known.sigma_s > 0.0) || !std::isfinite(known.sigma_s))
@@ -79,24 +64,27 @@ void ExposureDelay::begin_with(const DelayEstimate& known) {
 }
 
 void ExposureDelay::add(std::span<const StereoMeasurement> matches, const RectificationResidual& geometry,
-                        const RigVelocity& velocity, const StereoCamera& camera) {
+                        const LateMotion& motion, const StereoCamera& camera) {
   if (!used_) return;
-  if (frame_s_ <= 0.0) frame_s_ = velocity.frame_s;
-  const DelayDerivatives derivatives(geometry, velocity, used_->seconds);
+  const LateExposure exposure(camera, motion.in(used_->seconds));
   std::vector<RowOfMatch> rows;
   for (const auto& match : matches) {
     RowOfMatch row;
     const Vector2<double> right_px(match.z.x() - match.z.z(), match.z.y());
+    const Eigen::RowVector3d by_step = exposure.by_step(match.z.head<2>(), match.z.z()).row(1);
     row.error_px[0] = -match.row_error_px;
-    row.by_rotation = ImageDisplacement::basis(right_px, camera).row(1).tail<kRotation>();
-    row.by_considered << geometry.basis(match.left_px).transpose(),
-        derivatives.of(match.z).row_error_px_per_s;
+    row.by_own << ImageDisplacement::basis(right_px, camera).row(1) * ImageDisplacement::by_rotation(camera),
+        by_step;
+    row.by_considered << geometry.basis(match.left_px).transpose(), by_step * motion.m_per_s;
     rows.push_back(row);
   }
-  antipode::LeastSquaresPrior<Rotation, kConsidered> unknown{Rotation::Point::Zero()};
-  unknown.information.diagonal().setConstant(1.0 / (kUnknown_px * kUnknown_px));
-  const auto fit = antipode::robust_least_squares<Rotation, kConsidered>(
-      Rotation::Point::Zero(), RowsOfFrame{rows}, kOutlierLoss, {.check_modes = false}, &unknown);
+  antipode::LeastSquaresPrior<Own, kConsidered> own{Own::Point::Zero()};
+  Own::Point sigma;
+  sigma << Vector3<double>::Constant(kUnknown_px / camera.fx),
+      (std::abs(used_->seconds) * motion.sigma_m_per_s).cwiseMax(kLeastStep_m);
+  own.information = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
+  const auto fit = antipode::robust_least_squares<Own, kConsidered>(
+      Own::Point::Zero(), RowsOfFrame{rows}, kOutlierLoss, {.check_modes = false}, &own);
   const auto& shown = fit.considered;  // relative to what the rows were measured with
   if (!shown.information.allFinite() || !shown.vector.allFinite()) return;
   antipode::Vector<double, kConsidered> applied;
@@ -105,18 +93,8 @@ void ExposureDelay::add(std::span<const StereoMeasurement> matches, const Rectif
   rows_.vector += shown.vector + shown.information * applied;
 }
 
-void ExposureDelay::advance(const antipode::GaussianInformation<double, 1>& by_motions) {
-  constexpr double kAgree =
-      3.0;  // standard deviations: motions that were measured with a wrong delay mislead
-  constexpr double kSettled_frames = 0.01;
-  if (!used_) return;
-  used_ = delay_of(rows_);
-  if (!(used_->sigma_s < kSettled_frames * frame_s_)) return;
-  auto all = rows_;
-  all.information(kRows, kRows) += by_motions.information(0, 0);
-  all.vector[kRows] += by_motions.vector[0];
-  const DelayEstimate with_motions = delay_of(all);
-  if (std::abs(with_motions.seconds - used_->seconds) < kAgree * used_->sigma_s) used_ = with_motions;
+void ExposureDelay::advance() {
+  if (used_) used_ = delay_of(rows_);
 }
 
 }  // namespace stereo_slam

@@ -13,35 +13,27 @@
 
 namespace stereo_slam {
 
-/// Velocity of the rig when a frame was exposed.
+/// Mean velocity of the rig from one frame to the next.
 struct RigVelocity {
   Vector6<double> per_s = Vector6<double>::Zero();  ///< rotation and translation, rad/s and m/s, camera axes
-  double frame_s = 0.0;                             ///< usual time between two frames
-  /// By how much it differs from that of the frame before: from there to half a frame ahead it is a guess.
-  Vector6<double> change_per_s = Vector6<double>::Zero();
-  Vector3<double> sigma_m_per_s = Vector3<double>::Zero();  ///< standard deviations of the translation
+  double frame_s = 0.0;                             ///< time between the two frames
+};
+
+/// The motion of the rig between the exposures of the two images of a frame. Its rotation is measured in
+/// every frame, so that it does not depend on the delay; its translation is that of a velocity.
+struct LateMotion {
+  Vector3<double> turn_rad = Vector3<double>::Zero();        ///< as the velocity predicts it
+  Vector3<double> turn_left_rad = Vector3<double>::Zero();   ///< what the images showed besides
+  Vector3<double> m_per_s = Vector3<double>::Zero();         ///< camera axes
+  Vector3<double> sigma_turn_rad = Vector3<double>::Zero();  ///< standard deviations
+  Vector3<double> sigma_m_per_s = Vector3<double>::Zero();   ///< likewise
 
   /// T_left_later of a right image that is exposed `delay_s` later.
-  [[nodiscard]] Pose motion_in(double delay_s) const { return Pose::exp(delay_s * per_s); }
-};
-
-/// By how much a measurement changes if the right image is taken to be later by a second.
-struct DelayDerivative {
-  double disparity_px_per_s = 0.0;
-  double row_error_px_per_s = 0.0;
-};
-
-/// These derivatives in one frame, at a delay.
-class DelayDerivatives {
- public:
-  /// `geometry` is that of the frame without a delay.
-  DelayDerivatives(const RectificationResidual& geometry, const RigVelocity& velocity, double delay_s);
-
-  /// That of the measurement of a point.
-  [[nodiscard]] DelayDerivative of(const StereoPoint& z) const;
-
- private:
-  RectificationResidual before_, now_, after_;
+  [[nodiscard]] Pose in(double delay_s) const {
+    Vector6<double> motion;
+    motion << turn_rad + turn_left_rad, delay_s * m_per_s;
+    return Pose::exp(motion);
+  }
 };
 
 /// The estimate of the time by which the right images are exposed later than the left ones. It begins with a
@@ -49,7 +41,8 @@ class DelayDerivatives {
 ///
 /// While the rig moves, a delay puts points in other rows of the right image than of the left one: by an
 /// amount that depends on their depth, which no rotation of the right camera and no error of its
-/// rectification does. What a rotation of the right camera in this frame could explain is left to it.
+/// rectification does. What a rotation of the rig until the exposure could explain is left to it, and so is
+/// the error of its translation.
 class ExposureDelay {
  public:
   /// Row coefficients have the standard deviation `row_sigma_px` before anything is known.
@@ -62,21 +55,19 @@ class ExposureDelay {
   /// The delay in use: nothing without one.
   [[nodiscard]] const std::optional<DelayEstimate>& used() const noexcept { return used_; }
 
-  /// Adds stereo matches of a frame, measured with `geometry` and the delay in use, in which the rig had this
-  /// velocity. `geometry` is given without the delay. Does nothing if no delay is in use.
+  /// Adds stereo matches of a frame, measured with `geometry` and the delay in use, in which the rig moved
+  /// so. `geometry` is given without the delay. Does nothing if no delay is in use.
   void add(std::span<const StereoMeasurement> matches, const RectificationResidual& geometry,
-           const RigVelocity& velocity, const StereoCamera& camera);
+           const LateMotion& motion, const StereoCamera& camera);
 
-  /// Makes the best estimate so far the delay in use: by the rows and, once these tell it to a hundredth of a
-  /// frame and both agree, by what all motions tell.
-  void advance(const antipode::GaussianInformation<double, 1>& by_motions);
+  /// Makes the best estimate so far the delay in use.
+  void advance();
 
  private:
   static constexpr int kRows = RectificationResidual::kTerms;
 
   double row_sigma_px_;
   antipode::GaussianInformation<double, kRows + 1> rows_{};  // row coefficients in px, delay in s
-  double frame_s_ = 0.0;  // the usual time between frames: 0 before the first frame
   std::optional<DelayEstimate> used_{};
 };
 

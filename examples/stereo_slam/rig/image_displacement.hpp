@@ -32,6 +32,20 @@ struct ImageDisplacement {
         0.0, 1.0, x, x * y, y * y;
     return result;
   }
+
+  /// d coefficients / d rotation of the right camera (right perturbation, camera axes), px/rad.
+  [[nodiscard]] static antipode::Matrix<double, kTerms, 3> by_rotation(const StereoCamera& camera) {
+    antipode::Matrix<double, kTerms, 3> result = antipode::Matrix<double, kTerms, 3>::Zero();
+    result(0, 1) = result(3, 1) = result(2, 2) = -camera.fx;
+    result(1, 0) = result(4, 0) = camera.fx;
+    return result;
+  }
+
+  /// The rotation of the right camera with this shift and roll, rad.
+  [[nodiscard]] static Vector3<double> rotation(const Coefficients& displacement,
+                                                const StereoCamera& camera) {
+    return Vector3<double>(displacement[1], -displacement[0], -displacement[2]) / camera.fx;
+  }
 };
 
 /// An error that all disparities of a frame share, as if its right image were displaced along the rows by

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include <antipode/geometry/quaternion.hpp>
+
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
 
@@ -37,6 +39,15 @@ class LateExposure {
   /// Whether there is a motion between both exposures.
   [[nodiscard]] bool is_late() const noexcept { return is_late_; }
 
+  /// The same if the rig has turned further, by a rotation in the axes that it had then.
+  [[nodiscard]] LateExposure turned(const Vector3<double>& rad) const {
+    const Matrix3<double> R = antipode::rotation_matrix(antipode::quaternion_exp(rad)).transpose();
+    LateExposure result = *this;
+    result.R_ = R * R_;
+    result.step_ = R * (step_ - Vector3<double>::UnitX()) + Vector3<double>::UnitX();
+    return result;
+  }
+
   /// Where the right camera sees the point that the left one sees at `left_px`, px.
   [[nodiscard]] Vector2<double> right_position(const Vector2<double>& left_px, double disparity_px) const {
     if (!is_late_) return left_px - Vector2<double>(disparity_px, 0.0);
@@ -57,12 +68,19 @@ class LateExposure {
     return {disparity_px, to_pixels(seen).y() - right_px.y(), seen.z() / across};
   }
 
-  /// d disparity / d translation of T_left_later, for a point measured so, px/m.
-  [[nodiscard]] Vector3<double> disparity_by_step(const Vector2<double>& left_px, double disparity_px) const {
+  /// d (disparity, row error) / d translation of T_left_later, for a point measured so, px/m.
+  [[nodiscard]] Eigen::Matrix<double, 2, 3> by_step(const Vector2<double>& left_px,
+                                                    double disparity_px) const {
     const Vector3<double> q = direction(left_px, disparity_px);
-    const double X = q.x() / std::max(q.z(), kNearest);
-    const double across = std::max(step_.x() - X * step_.z(), kLeastBaseline);
-    return R_.transpose() * Vector3<double>(-1.0, 0.0, X) * (disparity_px / (across * camera_.baseline_m));
+    const double z = std::max(q.z(), kNearest);
+    const Vector2<double> x = q.head<2>() / z;
+    const double across = std::max(step_.x() - x.x() * step_.z(), kLeastBaseline);
+    const Matrix3<double> R = R_ * (disparity_px / camera_.baseline_m);
+    Eigen::Matrix<double, 2, 3> result;
+    result.row(0) = (x.x() * R.row(2) - R.row(0)) / across;
+    const Matrix3<double> by_q = -(R + step_ * result.row(0)) * (camera_.fy / camera_.fx / z);
+    result.row(1) = by_q.row(1) - x.y() * by_q.row(2);
+    return result;
   }
 
   /// d right position / d left position on a surface whose disparity changes by `slope` with the position.

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/rig/motion_evidence.hpp"
 
+#include <cstddef>
+
+#include <Eigen/Cholesky>
+
 #include <antipode/filters/robust_noise.hpp>
 #include <antipode/filters/weighted_sums.hpp>
 
@@ -30,79 +34,104 @@ static_assert(kField + kLens == kErrors);
   return result;
 }
 
-/// The motion is the state, with the displacement if the rig vibrates. The errors of the cameras are
-/// considered: those in both frames, then those of the field in the second frame alone, and a delay of the
-/// right images.
-template <bool Vibrates>
-[[nodiscard]] std::optional<MotionEvidence> evidence_of(std::span<const TwoFramePoint> points,
+enum class Rig { kRigid, kVibrating, kLate };
+
+/// How the second right image may be displaced against the first: unknowns beside the motion.
+template <Rig kRig>
+constexpr int kOwnOf = kRig == Rig::kRigid       ? 0
+                       : kRig == Rig::kVibrating ? kShift
+                                                 : 3;
+
+/// The evidence of the first coefficients, if the last ones are known to a standard deviation each.
+template <int kAll>
+[[nodiscard]] CameraErrors::Evidence without_exposures(
+    const antipode::GaussianInformation<double, kAll>& all,
+    const antipode::Vector<double, 1 + LatePoint::kTerms>& sigma) {
+  constexpr int kLate = 1 + LatePoint::kTerms;
+  constexpr double kLeast = 1e-9;  // of a standard deviation, far below all that matters
+  antipode::Matrix<double, kLate> late = all.information.template bottomRightCorner<kLate, kLate>();
+  late.diagonal() += sigma.cwiseMax(kLeast).cwiseAbs2().cwiseInverse();
+  const antipode::Matrix<double, kErrors, kLate> cross =
+      all.information.template topRightCorner<kErrors, kLate>();
+  const Eigen::LDLT<antipode::Matrix<double, kLate>> factor(late);
+  return {
+      all.information.template topLeftCorner<kErrors, kErrors>() - cross * factor.solve(cross.transpose()),
+      all.vector.template head<kErrors>() - cross * factor.solve(all.vector.template tail<kLate>())};
+}
+
+/// The motion is the state, with the displacement unless the rig is rigid. The errors of the cameras are
+/// considered: those in both frames, then those of the field in the second frame alone, and the exposures of
+/// late right images.
+template <Rig kRig>
+[[nodiscard]] std::optional<MotionEvidence> evidence_of(const SeenMotion& motion,
                                                         const RectificationResidual& residual,
                                                         const StereoCamera& camera) {
-  constexpr int kState = Vibrates ? kMotion + kShift : kMotion;
-  constexpr int kConsidered = kErrors + kField + 1;
+  constexpr int kState = kMotion + kOwnOf<kRig>;
+  constexpr int kLate = 1 + (kRig == Rig::kLate ? LatePoint::kTerms : 0);  // a delay, exposures
+  constexpr int kConsidered = kErrors + kField + kLate;
   using Sums = antipode::WeightedSums<double, kState, kConsidered, antipode::CauchyLoss<double>>;
   Sums sums(kOutlierLoss);
-  if constexpr (Vibrates) {
+  if constexpr (kRig != Rig::kRigid) {
     constexpr double kUnknown_px = 10.0;  // standard deviation of the displacement
+    const double unknown = kRig == Rig::kLate ? kUnknown_px / camera.fx : kUnknown_px;
     typename Sums::Square prior = Sums::Square::Zero();
-    prior.diagonal().template tail<kShift>().setConstant(1.0 / (kUnknown_px * kUnknown_px));
+    prior.diagonal().template tail<kOwnOf<kRig>>().setConstant(1.0 / (unknown * unknown));
     sums.add_prior(prior, Sums::Tangent::Zero(), 0.0);
   }
-  for (const auto& c : points) {
+  for (std::size_t i = 0; i < motion.points.size(); ++i) {
+    const TwoFramePoint& c = motion.points[i];
     antipode::Matrix<double, 3, kState> J = antipode::Matrix<double, 3, kState>::Zero();
     J.template leftCols<kMotion>() = c.J_pose;
-    if constexpr (Vibrates) {
+    if constexpr (kRig == Rig::kVibrating) {
       const Vector2<double> right_px(c.second.x() - c.second.z(), c.second.y());
       J.row(2).template tail<kShift>() = -ImageDisplacement::basis(right_px, camera).row(0);
     }
     const antipode::Matrix<double, 3, kErrors> second = derivative_of(c.second, residual);
     antipode::Matrix<double, 3, kConsidered> K;
-    K << c.J_first * derivative_of(c.first, residual) - second, -second.leftCols<kField>(), c.by_delay;
+    K.template leftCols<kErrors + kField + 1>() << c.J_first * derivative_of(c.first, residual) - second,
+        -second.leftCols<kField>(), c.by_delay;
+    if constexpr (kRig == Rig::kLate) {
+      J.template rightCols<kOwnOf<kRig>>() = motion.late[i].by_second_turn;
+      K.template rightCols<LatePoint::kTerms>() = motion.late[i].by_exposures;
+    }
     sums.template add<3>(c.innovation, c.S_inverse, J, K);
   }
   const auto root = sums.root();
   if (!root) return std::nullopt;
   const auto derivative = sums.sensitivity(*root);
   const auto evidence = sums.evidence(*root);
-  constexpr int kDelay = kConsidered - 1;
   MotionEvidence result;
   result.derivative = derivative.template topLeftCorner<kMotion, kErrors>();
-  result.derivative_by_delay = derivative.template topRightCorner<kMotion, 1>();
+  result.derivative_by_second.leftCols<kField>() = derivative.template block<kMotion, kField>(0, kErrors);
   result.evidence = {evidence.information.template topLeftCorner<kErrors, kErrors>(),
                      evidence.vector.template head<kErrors>()};
-  result.delay_cross = evidence.information.template block<kErrors, 1>(0, kDelay);
-  result.delay.information(0, 0) = evidence.information(kDelay, kDelay);
-  result.delay.vector[0] = evidence.vector[kDelay];
-  result.derivative_by_second.leftCols<kField>() = derivative.template block<kMotion, kField>(0, kErrors);
+  if constexpr (kRig == Rig::kLate) {
+    const Eigen::Matrix<double, kMotion, kLate> by_exposures =
+        derivative.template topRightCorner<kMotion, kLate>();
+    const Eigen::Matrix<double, kMotion, kLate> by_sigma = by_exposures * motion.sigma_late.asDiagonal();
+    result.derivative_by_delay = by_exposures.col(0);
+    result.exposure_covariance = by_sigma * by_sigma.transpose();
+    result.evidence =
+        without_exposures<kConsidered>({evidence.information, evidence.vector}, motion.sigma_late);
+  }
   return result;
 }
 
 }  // namespace
 
-std::optional<MotionEvidence> evidence_of_motion(std::span<const TwoFramePoint> points,
+std::optional<MotionEvidence> evidence_of_motion(const SeenMotion& motion,
                                                  const RectificationResidual& residual,
                                                  const CameraErrors::Coefficients& applied,
                                                  const StereoCamera& camera, bool vibrates) {
-  auto result =
-      vibrates ? evidence_of<true>(points, residual, camera) : evidence_of<false>(points, residual, camera);
+  auto result = !motion.late.empty() ? evidence_of<Rig::kLate>(motion, residual, camera)
+                : vibrates           ? evidence_of<Rig::kVibrating>(motion, residual, camera)
+                                     : evidence_of<Rig::kRigid>(motion, residual, camera);
   // The sums are about the coefficients applied, the evidence is on the coefficients themselves.
   if (!result) return std::nullopt;
   result->evidence.vector += result->evidence.information * applied;
   result->applied = applied;
   result->vibrates = vibrates;
   return result;
-}
-
-std::optional<Matrix6<double>> motion_by_parameters(
-    std::span<const TwoFramePoint> points, std::span<const Eigen::Matrix<double, 3, 6>> by_parameters) {
-  antipode::WeightedSums<double, kMotion, 6, antipode::CauchyLoss<double>> sums(kOutlierLoss);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const antipode::Matrix<double, 3, kMotion> J = points[i].J_pose;
-    const antipode::Matrix<double, 3, 6> K = by_parameters[i];
-    sums.template add<3>(points[i].innovation, points[i].S_inverse, J, K);
-  }
-  const auto root = sums.root();
-  if (!root) return std::nullopt;
-  return Matrix6<double>(sums.sensitivity(*root));
 }
 
 }  // namespace stereo_slam

@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <optional>
-#include <span>
 
 #include <Eigen/Core>
 
@@ -24,29 +23,23 @@ struct MotionEvidence {
   Derivative derivative_by_second = Derivative::Zero();
   Vector6<double> derivative_by_delay =
       Vector6<double>::Zero();  ///< d motion / d delay of the right images, per s
+  Matrix6<double> exposure_covariance =
+      Matrix6<double>::Zero();  ///< of the motion, due to those until late right images were exposed
   CameraErrors::Coefficients applied = CameraErrors::Coefficients::Zero();  ///< when it was measured, px
   double applied_delay_s = 0.0;                                             ///< likewise
   CameraErrors::Evidence evidence;  ///< what it shows of the coefficients
-  /// Information that it has of the coefficients and a delay together, 1/(px s), and of the delay alone,
-  /// 1/s^2 and 1/s, relative to the applied one and with the coefficients applied.
-  CameraErrors::Coefficients delay_cross = CameraErrors::Coefficients::Zero();
-  antipode::GaussianInformation<double, 1> delay{};
-  bool vibrates = false;   ///< the right camera did: these coefficients held for this motion only
-  std::size_t motion = 0;  ///< how many were measured before
+  bool vibrates = false;            ///< the right camera did: these coefficients held for this motion only
+  std::size_t motion = 0;           ///< how many were measured before
   Matrix6<double> covariance = Matrix6<double>::Zero();  ///< of the motion, due to that of the coefficients
 };
 
 /// The motion is eliminated, and so is a displacement of the second right image against the first if the rig
-/// vibrates. `applied` are the coefficients that the points were measured with. Nothing if the points do not
-/// determine the motion.
-[[nodiscard]] std::optional<MotionEvidence> evidence_of_motion(std::span<const TwoFramePoint> points,
+/// vibrates. If right images are late, it is a turn of the rig, and what is not known of the exposures is
+/// eliminated as well. `applied` are the coefficients that the points were measured with. Nothing if the
+/// points do not determine the motion.
+[[nodiscard]] std::optional<MotionEvidence> evidence_of_motion(const SeenMotion& motion,
                                                                const RectificationResidual& residual,
                                                                const CameraErrors::Coefficients& applied,
                                                                const StereoCamera& camera, bool vibrates);
-
-/// d motion / d parameters, if `by_parameters` is d prediction minus d second measurement of each point by
-/// six parameters. Nothing if the points do not determine the motion.
-[[nodiscard]] std::optional<Matrix6<double>> motion_by_parameters(
-    std::span<const TwoFramePoint> points, std::span<const Eigen::Matrix<double, 3, 6>> by_parameters);
 
 }  // namespace stereo_slam

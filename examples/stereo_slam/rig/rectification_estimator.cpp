@@ -143,9 +143,8 @@ void RectificationEstimator::add_rows(std::span<const StereoMeasurement> matches
   coefficients_.row(1) = rows_.mean().transpose();
 }
 
-void RectificationEstimator::add_delay(std::span<const StereoMeasurement> matches,
-                                       const RigVelocity& velocity) {
-  delay_.add(matches, current(), velocity, camera_);
+void RectificationEstimator::add_delay(std::span<const StereoMeasurement> matches, const LateMotion& motion) {
+  delay_.add(matches, current(), motion, camera_);
 }
 
 bool RectificationEstimator::relearn_rows(std::span<const CornerPair> corners) {
@@ -190,51 +189,19 @@ MotionEvidence RectificationEstimator::add_motion(const SeenMotion& motion, doub
   noticed_turn_ = false;
   constexpr std::size_t kMinPoints = 30;
   if (motion.points.size() < kMinPoints) return {};
-  auto shown = evidence_of_motion(motion.points, current(), applied(), camera_, vibrates);
+  auto shown = evidence_of_motion(motion, current(), applied(), camera_, vibrates);
   if (!shown) return {};
   shown->applied_delay_s = used_delay().seconds;
   shown->motion = motions_++;
   shown->evidence = {confidence * shown->evidence.information, confidence * shown->evidence.vector};
   shown->covariance = covariance_of(*shown);
-  note_delay_in(*shown, confidence);
-  noticed_turn_ = !vibrates && disparity_.add(shown->evidence);
-  if (vibrates) disparity_.add_without_turn(shown->evidence);
+  const bool turns = !vibrates && motion.late.empty();
+  noticed_turn_ = turns && disparity_.add(shown->evidence);
+  if (!turns) disparity_.add_without_turn(shown->evidence);
   const Vector3<double> path_m = motion.T_first_second.inverse().translation();
   length_derivative_m2_ -= shown->derivative.bottomRows<3>().transpose() * path_m;
   squared_length_m2_ += path_m.squaredNorm();
   return *std::move(shown);
-}
-
-/// Adds what a motion tells of the delay together with the coefficients.
-void RectificationEstimator::note_delay_in(const MotionEvidence& motion, double confidence) {
-  if (!delay()) return;
-  const double information = motion.delay.information(0, 0);
-  delay_cross_ += confidence * motion.delay_cross;
-  delay_evidence_.information(0, 0) += confidence * information;
-  delay_evidence_.vector[0] += confidence * (motion.delay.vector[0] + motion.delay_cross.dot(applied()) +
-                                             information * used_delay().seconds);
-}
-
-/// What all motions tell of the delay, with the coefficients as unknown as they are.
-antipode::GaussianInformation<double, 1> RectificationEstimator::delay_by_motions() const {
-  const auto known = disparity_.estimate();  // with the delay in use
-  const Eigen::LDLT<CameraErrors::Information> factor(known.information);
-  const double delay_s = used_delay().seconds;
-  const double slope = delay_evidence_.vector[0] - delay_cross_.dot(factor.solve(known.vector)) -
-                       delay_evidence_.information(0, 0) * delay_s;
-  antipode::GaussianInformation<double, 1> result;
-  result.information(0, 0) =
-      std::max(delay_evidence_.information(0, 0) - delay_cross_.dot(factor.solve(delay_cross_)), 0.0);
-  result.vector[0] = slope + result.information(0, 0) * delay_s;
-  return result;
-}
-
-/// Takes the best estimate of the delay, and corrects what the motions so far say of the coefficients.
-void RectificationEstimator::advance_delay() {
-  if (!delay()) return;
-  const double before_s = used_delay().seconds;
-  delay_.advance(delay_by_motions());
-  disparity_.correct(-delay_cross_ * (used_delay().seconds - before_s));
 }
 
 /// Best estimate of the coefficients between the turns of the right camera before and after the motion. Those
@@ -294,9 +261,7 @@ Matrix6<double> RectificationEstimator::covariance_of(const MotionEvidence& moti
   const auto* period = disparity_.period_of(motion.motion);
   const Eigen::LDLT<CameraErrors::Information> information(
       (period ? period->estimate : disparity_.estimate()).information);
-  const Vector6<double> by_delay = used_delay().sigma_s * motion.derivative_by_delay;
-  Matrix6<double> covariance =
-      derivative * information.solve(derivative.transpose()) + by_delay * by_delay.transpose();
+  Matrix6<double> covariance = derivative * information.solve(derivative.transpose());
   for (const auto& before : disparity_.periods()) {
     if (motion.motion + 1 != before.motions && motion.motion != before.motions) continue;
     const Vector6<double> change = motion.derivative_by_second * before.turn_px;
@@ -365,7 +330,7 @@ void RectificationEstimator::begin_displaced(const Vector2<double>& displacement
 }
 
 void RectificationEstimator::advance() {
-  advance_delay();
+  delay_.advance();
   coefficients_.row(1) = rows_.mean().transpose();
   expect_disparity_offset();
   const CameraErrors::Coefficients mean = disparity_.estimate().mean();

@@ -75,8 +75,8 @@ class RectificationEstimator {
   void add_rows(std::span<const StereoMeasurement> matches);
 
   /// Adds what the same matches tell of a delay of the right images: measured with current() and the delay in
-  /// use, while the rig had this velocity.
-  void add_delay(std::span<const StereoMeasurement> matches, const RigVelocity& velocity);
+  /// use, while the rig moved so.
+  void add_delay(std::span<const StereoMeasurement> matches, const LateMotion& motion);
 
   /// The delay of the right images in use; nothing if none was known at the start.
   [[nodiscard]] const std::optional<DelayEstimate>& delay() const noexcept { return delay_.used(); }
@@ -162,9 +162,6 @@ class RectificationEstimator {
   using RowInformation = antipode::GaussianInformation<double, RectificationResidual::kTerms>;
 
   MotionEvidence add_motion(const SeenMotion& motion, double confidence, bool vibrates = false);
-  void note_delay_in(const MotionEvidence& motion, double confidence);
-  [[nodiscard]] antipode::GaussianInformation<double, 1> delay_by_motions() const;
-  void advance_delay();
   [[nodiscard]] double bent_rows_px() const;
   void expect_disparity_offset();
   [[nodiscard]] CameraErrors::Coefficients applied() const;
@@ -184,9 +181,6 @@ class RectificationEstimator {
   std::optional<RowInformation> learned_rows_{};  // of after_drift()
   bool rows_contradict_learned_ = false;
   ExposureDelay delay_;
-  // What the motions tell of the delay: the information of it, in s, and the coefficients, in px.
-  CameraErrors::Coefficients delay_cross_ = CameraErrors::Coefficients::Zero();
-  antipode::GaussianInformation<double, 1> delay_evidence_{};
   CameraErrors disparity_;
   std::size_t motions_ = 0;
   bool noticed_turn_ = false;

@@ -45,6 +45,13 @@ class RectificationResidual {
     result.is_displaced_ = !displacement.isZero(0.0);
     return result;
   }
+  /// The same for one with a further displacement. That of a late right image is a rotation of the rig.
+  [[nodiscard]] RectificationResidual displaced_further(const ImageDisplacement::Coefficients& by) const {
+    if (!exposure_.is_late()) return displaced(displacement_ + by);
+    RectificationResidual result = *this;
+    result.exposure_ = exposure_.turned(ImageDisplacement::rotation(by, camera_));
+    return result;
+  }
   [[nodiscard]] const ImageDisplacement::Coefficients& displacement() const noexcept { return displacement_; }
 
   /// The same for a frame whose right image was exposed while the rig had moved by `T_left_later`.
@@ -93,6 +100,11 @@ struct Remeasurement {
   /// What a point that was measured as `z` at `left_px` is measured as now.
   [[nodiscard]] StereoPoint of(const Vector2<double>& left_px, const StereoPoint& z) const {
     return after.measure(left_px, before.right_position(left_px, z.z())).z;
+  }
+  /// The same of a whole measurement.
+  [[nodiscard]] StereoMeasurement of(const StereoMeasurement& match) const {
+    const Vector2<double> expected_px = before.right_position(match.left_px, match.z.z());
+    return after.measure(match.left_px, expected_px - Vector2<double>(0.0, match.row_error_px));
   }
 };
 

@@ -5,16 +5,30 @@
 #include <cmath>
 #include <vector>
 
+#include <Eigen/LU>
+
 #include "stereo_slam/core/corner_pairs.hpp"
 #include "stereo_slam/rig/calibration_error.hpp"
 #include "stereo_slam/rig/motion_evidence.hpp"
 
 namespace stereo_slam {
+namespace {
+
+constexpr double kLeastVariance_px2 = 0.02 * 0.02;  // of a displacement
+
+[[nodiscard]] LateMotion motion_with(const Vector6<double>& per_s, double delay_s) {
+  LateMotion motion;
+  motion.turn_rad = delay_s * per_s.head<3>();
+  motion.m_per_s = per_s.tail<3>();
+  return motion;
+}
+
+}  // namespace
 
 /// How a frame is seen whose right image is so.
 RectificationResidual RightCamera::geometry(const RightImageState& image) const {
   const RectificationResidual at_once = rectification_.current().displaced(image.displacement);
-  return is_late() && image.velocity ? at_once.late(image.velocity->motion_in(delay_s())) : at_once;
+  return is_late() && image.late ? at_once.late(image.late->in(delay_s())) : at_once;
 }
 
 void RightCamera::take(const RightImageState& image, const std::optional<DisplacementEstimate>& left) {
@@ -26,41 +40,87 @@ void RightCamera::take(const RightImageState& image, const std::optional<Displac
   if (!vibrated && vibration_.present()) rectification_.forget_disparity_offset(image.displacement.norm());
 }
 
-RigVelocity RightCamera::velocity_at_exposure(const RigVelocity& measured) const {
-  if (!measured_velocity_) return measured;
+LateMotion RightCamera::motion_until_exposure(const RigVelocity& measured) const {
   const double ahead = 0.5 * (1.0 + delay_s() / measured.frame_s);  // of the middle of the motion, in frames
-  RigVelocity result = measured;
-  result.change_per_s = measured.per_s - measured_velocity_->per_s;
-  result.per_s += ahead * result.change_per_s;
+  const Vector6<double> change_per_s = measured_velocity_
+                                           ? Vector6<double>(measured.per_s - measured_velocity_->per_s)
+                                           : Vector6<double>::Zero();
+  LateMotion result = motion_with(measured.per_s + ahead * change_per_s, delay_s());
   result.sigma_m_per_s = ahead * surprise2_.cwiseSqrt();
   return result;
 }
 
-Remeasurement RightCamera::expose_with(const std::optional<RigVelocity>& velocity) {
+/// The velocity is between those of the motions before and after the frame. The turn that the images showed
+/// is relative to that of the keyframe before, whose error it shares.
+Remeasurement RightCamera::expose_with(const RigVelocity& next) {
+  constexpr double kBetween = 0.5;  // of the change: velocities jump anywhere between two frames
   const RectificationResidual before = geometry(image_);
-  image_.velocity = velocity;
-  return {before, geometry(image_)};
+  const RigVelocity last = measured_velocity_.value_or(next);
+  const double ahead = 0.5 * (1.0 + delay_s() / next.frame_s);
+  const Vector6<double> change_per_s = next.per_s - last.per_s;
+  const Vector6<double> per_s = last.per_s + ahead * change_per_s;
+  LateMotion late = motion_with(per_s, delay_s());
+  late.sigma_m_per_s = kBetween * change_per_s.tail<3>().cwiseAbs();
+  Vector3<double> variance_rad2 = (kBetween * delay_s() * change_per_s.head<3>()).cwiseAbs2() +
+                                  (rectification_.delay()->sigma_s * per_s.head<3>()).cwiseAbs2() +
+                                  Vector3<double>::Constant(kLeastVariance_px2 / (camera_.fx * camera_.fx));
+  if (measured_velocity_ && keyframe_motion_ && image_.late) {
+    const Vector3<double> gain =
+        variance_rad2.cwiseQuotient(variance_rad2 + keyframe_motion_->sigma_turn_rad.cwiseAbs2());
+    const Vector3<double> shown_rad = image_.late->turn_rad + image_.late->turn_left_rad;
+    late.turn_left_rad = gain.cwiseProduct(shown_rad - late.turn_rad);
+    variance_rad2 -= gain.cwiseProduct(variance_rad2);
+  }
+  late.sigma_turn_rad = variance_rad2.cwiseSqrt();
+  keyframe_motion_ = image_.late = late;
+  Remeasurement change{before, geometry(image_)};
+  for (auto& match : keyframe_matches_) match = change.of(match);
+  if (measured_velocity_) rectification_.add_delay(keyframe_matches_, late);
+  return change;
+}
+
+/// The motion until its exposure has the error of the rotation that the images showed, relative to the
+/// keyframe before, until the next frame tells more.
+void RightCamera::begin_late_keyframe(std::span<const StereoMeasurement> matches) {
+  std::optional<LateMotion> motion = image_.late;
+  if (motion && keyframe_motion_) {
+    const Vector3<double> variance_px2(image_.covariance(1, 1), image_.covariance(0, 0),
+                                       image_.covariance(2, 2));
+    motion->sigma_turn_rad =
+        (keyframe_motion_->sigma_turn_rad.cwiseAbs2() + variance_px2 / (camera_.fx * camera_.fx)).cwiseSqrt();
+  }
+  keyframe_motion_ = motion;
+  keyframe_matches_.assign(matches.begin(), matches.end());
 }
 
 Remeasurement RightCamera::move_with(const RigVelocity& measured, RightImageState& image) const {
   const RectificationResidual before = geometry(image);
-  image.velocity->per_s.tail<3>() = velocity_at_exposure(measured).per_s.tail<3>();
+  image.late->m_per_s = motion_until_exposure(measured).m_per_s;
   return {before, geometry(image)};
+}
+
+RightImageState RightCamera::displaced(const RightImageState& image, const DisplacementEstimate& left) const {
+  RightImageState result = image;
+  result.covariance = left.covariance;
+  if (is_late() && image.late)
+    result.late->turn_left_rad += ImageDisplacement::rotation(left.change, camera_);
+  else
+    result.displacement += left.change;
+  return result;
 }
 
 Remeasurement RightCamera::displace(const DisplacementEstimate& left) {
   const RectificationResidual before = geometry(image_);
-  image_.displacement += left.change;
-  image_.covariance = left.covariance;
+  image_ = displaced(image_, left);
   return {before, geometry(image_)};
 }
 
 Remeasurement RightCamera::move_with(const std::optional<RigVelocity>& measured) {
   const RectificationResidual before = geometry(image_);
-  if (measured && image_.velocity)
-    image_.velocity->per_s.tail<3>() = velocity_at_exposure(*measured).per_s.tail<3>();
+  if (measured && image_.late)
+    image_.late->m_per_s = motion_until_exposure(*measured).m_per_s;
   else if (measured)
-    image_.velocity = velocity_at_exposure(*measured);
+    image_.late = motion_until_exposure(*measured);
   if (measured && measured_velocity_) {
     constexpr int kMemory = 10;  // frames
     const Vector6<double> change_per_s = measured->per_s - measured_velocity_->per_s;
@@ -72,52 +132,38 @@ Remeasurement RightCamera::move_with(const std::optional<RigVelocity>& measured)
   return {before, geometry(image_)};
 }
 
-Matrix6<double> RightCamera::velocity_covariance(const SeenMotion& motion) const {
-  if (!is_late() || !image_.velocity || !keyframe_velocity_) return Matrix6<double>::Zero();
-  const LateExposure first(camera_, keyframe_velocity_->motion_in(delay_s()));
-  const LateExposure second(camera_, image_.velocity->motion_in(delay_s()));
-  std::vector<Eigen::Matrix<double, 3, 6>> by_steps;
-  for (const auto& c : motion.points) {
-    Eigen::Matrix<double, 3, 6> by_step = Eigen::Matrix<double, 3, 6>::Zero();
-    by_step.leftCols<3>() =
-        c.J_first.col(2) * first.disparity_by_step(c.first.head<2>(), c.first.z()).transpose();
-    by_step.bottomRightCorner<1, 3>() =
-        -second.disparity_by_step(c.second.head<2>(), c.second.z()).transpose();
-    by_steps.push_back(by_step);
-  }
-  const auto derivative = motion_by_parameters(motion.points, by_steps);
-  if (!derivative) return Matrix6<double>::Zero();
-  Vector6<double> sigma_m;
-  sigma_m << keyframe_velocity_->sigma_m_per_s, image_.velocity->sigma_m_per_s;
-  const Matrix6<double> root = *derivative * (delay_s() * sigma_m).asDiagonal();
-  return root * root.transpose();
+Matrix6<double> RightCamera::exposure_covariance(const SeenMotion& motion) const {
+  const SeenMotion late = with_exposures(motion);
+  if (late.late.empty()) return Matrix6<double>::Zero();
+  const auto evidence = evidence_of_motion(late, rectification_.current(), {}, camera_, false);
+  return evidence ? evidence->exposure_covariance : Matrix6<double>::Zero();
 }
 
-/// Standard deviation of the displacement of a late right image by what is not known of its velocity: half of
-/// what that changed by since the frame before.
-ImageDisplacement::Coefficients RightCamera::sigma_by_velocity_px(const RightImageState& image) const {
-  constexpr double kShareUnknown = 0.5;
-  ImageDisplacement::Coefficients sigma_px = ImageDisplacement::Coefficients::Zero();
-  if (!is_late() || !image.velocity) return sigma_px;
-  const Vector3<double> rotation_px =
-      std::abs(kShareUnknown * delay_s() * camera_.fx) * image.velocity->change_per_s.head<3>();
-  sigma_px << rotation_px.y(), rotation_px.x(), rotation_px.z(), rotation_px.y(), rotation_px.x();
-  return sigma_px.cwiseAbs();
+DisplacementPrior RightCamera::searched_displacement() const {
+  constexpr double kVariance_px2 = 20.0 * 20.0;
+  DisplacementPrior prior;
+  prior.information.diagonal().setConstant(1.0 / kVariance_px2);
+  if (!is_late()) return prior;
+  const auto by_turn = ImageDisplacement::by_rotation(camera_);
+  ImageDisplacement::Covariance covariance =
+      kVariance_px2 / (camera_.fx * camera_.fx) * by_turn * by_turn.transpose();
+  covariance.diagonal().array() += kLeastVariance_px2;
+  prior.information = covariance.inverse();
+  return prior;
 }
 
-ImageDisplacement::Covariance RightCamera::displacement_information(const RightImageState& image) const {
-  constexpr double kLeastVariance_px2 = 0.02 * 0.02;
-  constexpr double kClear2 = 25.0;  // five sigma
-  const bool vibrates = vibration_.present();
-  ImageDisplacement::Coefficients variance_px2 =
-      vibrates ? vibration_.mean_square_px2() : sigma_by_velocity_px(image).cwiseAbs2();
-  for (int i = 0; i < ImageDisplacement::kSeen; ++i) {
-    // It may be larger than any before. A jerk of the rig is seen in the displacement alone.
-    const double displacement2 = image.displacement[i] * image.displacement[i];
-    if (vibrates || displacement2 > kClear2 * image.covariance(i, i))
-      variance_px2[i] = std::max(variance_px2[i], displacement2);
+DisplacementPrior RightCamera::displacement_prior(const RightImageState& image) const {
+  DisplacementPrior prior = searched_displacement();
+  prior.mean = -image.displacement;
+  if (is_late()) {
+    if (image.late) prior.mean -= ImageDisplacement::by_rotation(camera_) * image.late->turn_left_rad;
+    return prior;
   }
-  return (variance_px2.array() + kLeastVariance_px2).inverse().matrix().asDiagonal();
+  ImageDisplacement::Coefficients variance_px2 = vibration_.mean_square_px2();
+  for (int i = 0; i < ImageDisplacement::kSeen; ++i)  // it may be larger than any before
+    variance_px2[i] = std::max(variance_px2[i], image.displacement[i] * image.displacement[i]);
+  prior.information = (variance_px2.array() + kLeastVariance_px2).inverse().matrix().asDiagonal();
+  return prior;
 }
 
 std::optional<Remeasurement> RightCamera::test_disparities(const std::optional<SharedDisparityError>& shown) {
@@ -148,15 +194,29 @@ bool RightCamera::end_frame(const StereoFrame& frame, bool unmeasured) {
   return true;
 }
 
-/// The motion from the last keyframe, with what a delay means for each point.
-SeenMotion RightCamera::with_delay(SeenMotion motion) const {
-  if (!is_late() || !image_.velocity || !keyframe_velocity_) return motion;
-  const DelayDerivatives first(rectification_.current(), *keyframe_velocity_, delay_s());
-  const DelayDerivatives second(rectification_.current(), *image_.velocity, delay_s());
+/// The motion from the last keyframe, with what the exposures of late right images mean for each point.
+SeenMotion RightCamera::with_exposures(SeenMotion motion) const {
+  if (!is_late() || !image_.late || !keyframe_motion_) return motion;
+  const LateExposure first(camera_, keyframe_motion_->in(delay_s()));
+  const LateExposure second(camera_, image_.late->in(delay_s()));
+  const auto by_turn = [&](const StereoPoint& z) -> Eigen::RowVector3d {
+    return ImageDisplacement::basis({z.x() - z.z(), z.y()}, camera_).row(0) *
+           ImageDisplacement::by_rotation(camera_);
+  };
   for (auto& c : motion.points) {
-    c.by_delay = c.J_first.col(2) * first.of(c.first).disparity_px_per_s;
-    c.by_delay.z() -= second.of(c.second).disparity_px_per_s;
+    LatePoint& point = motion.late.emplace_back();
+    point.by_second_turn.row(2) = -by_turn(c.second);
+    const Eigen::RowVector3d by_first = first.by_step(c.first.head<2>(), c.first.z()).row(0);
+    const Eigen::RowVector3d by_second = second.by_step(c.second.head<2>(), c.second.z()).row(0);
+    point.by_exposures.leftCols<3>() = c.J_first.col(2) * by_turn(c.first);
+    point.by_exposures.middleCols<3>(3) = c.J_first.col(2) * by_first;
+    point.by_exposures.bottomRightCorner<1, 3>() = -by_second;
+    c.by_delay = c.J_first.col(2) * by_first.dot(keyframe_motion_->m_per_s);
+    c.by_delay.z() -= by_second.dot(image_.late->m_per_s);
   }
+  const double delay = std::abs(delay_s());
+  motion.sigma_late << rectification_.delay()->sigma_s, keyframe_motion_->sigma_turn_rad,
+      delay * keyframe_motion_->sigma_m_per_s, delay * image_.late->sigma_m_per_s;
   return motion;
 }
 
@@ -169,7 +229,7 @@ KeyframeMotion RightCamera::keep(const MotionEvidence& motion, const Rectificati
 KeyframeMotion RightCamera::consider(const SeenMotion& by_landmarks) {
   came_to_rest_ = false;
   if (!settings_.enabled) return {};
-  return keep(rectification_.consider_motion(with_delay(by_landmarks)), geometry(image_));
+  return keep(rectification_.consider_motion(with_exposures(by_landmarks)), geometry(image_));
 }
 
 KeyframeMotion RightCamera::refine(const SeenMotion& by_landmarks, const SeenMotion& by_odometry) {
@@ -177,8 +237,8 @@ KeyframeMotion RightCamera::refine(const SeenMotion& by_landmarks, const SeenMot
   if (!settings_.enabled) return {};
   constexpr double kRigid_px2 = 0.05 * 0.05;  // variance of a displacement that is left out
   const RectificationResidual before = geometry(image_);
-  const SeenMotion motion = with_delay(by_landmarks);
-  MotionEvidence shown = vibration_.present() || image_.covariance(0, 0) > kRigid_px2
+  const SeenMotion motion = with_exposures(by_landmarks);
+  MotionEvidence shown = !is_late() && (vibration_.present() || image_.covariance(0, 0) > kRigid_px2)
                              ? rectification_.add_motion_of_vibrating_rig(motion, image_.covariance)
                              : rectification_.add_motion(motion);
   if (shown.derivative.isZero(0.0)) {

@@ -26,7 +26,7 @@ struct RightImageState {
   RightImageMonitor monitor;
   ImageDisplacement::Coefficients displacement = ImageDisplacement::Coefficients::Zero();  ///< px
   ImageDisplacement::Covariance covariance = ImageDisplacement::Covariance::Zero();        ///< of it, px^2
-  std::optional<RigVelocity> velocity{};  ///< when it was exposed; nothing if it is unknown
+  std::optional<LateMotion> late{};  ///< how the rig moved until its exposure; nothing if it is unknown
 
   /// Whether it is left out, judged by the points searched so far.
   [[nodiscard]] bool is_ignored() const { return monitor.judgement() == RightImage::kIgnored; }
@@ -72,7 +72,7 @@ class RightCamera {
   [[nodiscard]] LeftCamera left_camera() const { return {camera_, lens(), rectification_.lens_covariance()}; }
   /// The right image of the next frame, about which nothing is known yet.
   [[nodiscard]] RightImageState next_image(bool has_right) const {
-    RightImageState next{.monitor = image_.monitor, .velocity = image_.velocity};
+    RightImageState next{.monitor = image_.monitor, .late = image_.late};
     next.monitor.begin_frame(has_right);
     return next;
   }
@@ -91,11 +91,15 @@ class RightCamera {
   [[nodiscard]] bool is_surprised_by(const DisplacementEstimate& shown) const {
     return vibration_.is_surprised_by(shown);
   }
-  /// Information of the displacement of such a frame besides what its landmarks show; its mean is zero.
-  [[nodiscard]] ImageDisplacement::Covariance displacement_information(const RightImageState& image) const;
-  /// The velocity when the right image of a frame was exposed, if the motion to this frame had the velocity
-  /// `measured`: the mean over that motion, and how it changed since the last one, until the exposure.
-  [[nodiscard]] RigVelocity velocity_at_exposure(const RigVelocity& measured) const;
+  /// What is known of a displacement that is searched: hardly anything. That of a late image is a rotation.
+  [[nodiscard]] DisplacementPrior searched_displacement() const;
+  /// What is known of the displacement of such a frame, relative to that it has, besides what its landmarks
+  /// show.
+  [[nodiscard]] DisplacementPrior displacement_prior(const RightImageState& image) const;
+  /// How the rig moves until the right image of a frame is exposed, if the motion to this frame had the
+  /// velocity `measured`: the mean over that motion, and how it changed since the last one, until the
+  /// exposure.
+  [[nodiscard]] LateMotion motion_until_exposure(const RigVelocity& measured) const;
   /// Sets the translation of a right image whose velocity is known to that of the motion to its frame.
   [[nodiscard]] Remeasurement move_with(const RigVelocity& measured, RightImageState& image) const;
   /// Whether the next motion is to show whether the disparities have a large error: until one has told, but
@@ -113,19 +117,23 @@ class RightCamera {
   /// Takes the right image of a frame as it was measured, and learns from its displacement how the rig
   /// vibrates; `left` is what the landmarks show of it besides.
   void take(const RightImageState& image, const std::optional<DisplacementEstimate>& left);
+  /// The right image of a frame with a displacement that it shows. That of a late one is a rotation of the
+  /// rig until its exposure.
+  [[nodiscard]] RightImageState displaced(const RightImageState& image,
+                                          const DisplacementEstimate& left) const;
   /// Corrects the displacement of the frame by what the landmarks show.
   Remeasurement displace(const DisplacementEstimate& left);
   /// Learns the velocity of the motion to the last frame; nothing if it is unknown. A late right image keeps
   /// the rotation with which it was measured, to which its displacement belongs.
   Remeasurement move_with(const std::optional<RigVelocity>& measured);
-  /// Sets the velocity when the last frame was exposed.
-  Remeasurement expose_with(const std::optional<RigVelocity>& velocity);
+  /// Corrects how the rig moved until the late right image of the last frame, a keyframe, was exposed, by the
+  /// velocity of the motion after it. It then tells of the delay, too.
+  Remeasurement expose_with(const RigVelocity& next);
   /// Adds stereo matches of a keyframe, measured as view_of() says: they observe the row offsets and a delay.
   void add_rows(std::span<const StereoMeasurement> matches) {
-    if (!settings_.enabled || (is_late() && !image_.velocity)) return;  // else they are in other rows
-    rectification_.add_rows(matches);
-    if (image_.velocity) rectification_.add_delay(matches, *image_.velocity);
-    keyframe_velocity_ = image_.velocity;
+    if (!settings_.enabled) return;
+    if (is_late()) begin_late_keyframe(matches);
+    if (!is_late() || image_.late) rectification_.add_rows(matches);  // else they are in other rows
   }
   /// Refines the rectification by the motion from the last keyframe, seen by its landmarks. If the landmarks
   /// do not tell how the motion depends on the rectification, the points of the odometry do, if it alone
@@ -148,9 +156,9 @@ class RightCamera {
 
   /// Whether the last motion showed that the right camera has turned.
   [[nodiscard]] bool noticed_turn() const noexcept { return came_to_rest_ || rectification_.noticed_turn(); }
-  /// What the uncertainty of the velocities of the last keyframe and of the last frame adds to the covariance
-  /// of the motion between them, if right images are late.
-  [[nodiscard]] Matrix6<double> velocity_covariance(const SeenMotion& motion) const;
+  /// What the uncertainty of the motions until the late right images of the last keyframe and of the last
+  /// frame were exposed adds to the covariance of the motion between them.
+  [[nodiscard]] Matrix6<double> exposure_covariance(const SeenMotion& motion) const;
   /// At the end: what was learned of the rig since each of these motions was measured, which are those that
   /// were refined or considered, in order. Nothing if the rig is not learned.
   [[nodiscard]] std::vector<MotionChange> correct(const std::vector<Pose>& motions);
@@ -164,8 +172,8 @@ class RightCamera {
  private:
   [[nodiscard]] RectificationResidual geometry(const RightImageState& image) const;
   [[nodiscard]] double delay_s() const { return rectification_.delay().value_or(DelayEstimate{}).seconds; }
-  [[nodiscard]] ImageDisplacement::Coefficients sigma_by_velocity_px(const RightImageState& image) const;
-  [[nodiscard]] SeenMotion with_delay(SeenMotion motion) const;
+  void begin_late_keyframe(std::span<const StereoMeasurement> matches);
+  [[nodiscard]] SeenMotion with_exposures(SeenMotion motion) const;
   KeyframeMotion keep(const MotionEvidence& motion, const RectificationResidual& before);
 
   static constexpr int kFirstRelearn = 2;      // frames in a row
@@ -183,9 +191,10 @@ class RightCamera {
   Vector3<double> surprise2_ =
       Vector3<double>::Zero();  // mean square of what its translation was beside a constant change
   int surprises_ = 0;
-  std::optional<RigVelocity> keyframe_velocity_;  // when the last keyframe was exposed
-  bool came_to_rest_ = false;                     // at the last keyframe, after a displacement
-  bool disparities_tested_ = false;               // a motion told whether they have a large error
+  std::optional<LateMotion> keyframe_motion_;  // until the late right image of the last keyframe was exposed
+  std::vector<StereoMeasurement> keyframe_matches_;  // of that image
+  bool came_to_rest_ = false;                        // at the last keyframe, after a displacement
+  bool disparities_tested_ = false;                  // a motion told whether they have a large error
   int disparity_tests_left_ = 10;
   int unmeasured_frames_ = 0;  // in a row
 };

@@ -21,10 +21,22 @@ struct TwoFramePoint {
   Vector3<double> by_delay = Vector3<double>::Zero();
 };
 
+/// How such a point depends on the motions of the rig until late right images were exposed: d prediction
+/// minus d second measurement.
+struct LatePoint {
+  static constexpr int kTerms = 9;  ///< turn and step before the first exposure, step before the second
+
+  Matrix3<double> by_second_turn = Matrix3<double>::Zero();  ///< before the second exposure, px/rad
+  Eigen::Matrix<double, 3, kTerms> by_exposures = Eigen::Matrix<double, 3, kTerms>::Zero();  ///< px/rad, px/m
+};
+
 /// A motion between two stereo frames, and the points that were measured in both.
 struct SeenMotion {
   Pose T_first_second;
   std::vector<TwoFramePoint> points;
+  std::vector<LatePoint> late{};  ///< of each point, if right images are late
+  antipode::Vector<double, 1 + LatePoint::kTerms> sigma_late =
+      antipode::Vector<double, 1 + LatePoint::kTerms>::Zero();  ///< of the delay and these terms
 };
 
 /// What was learned of the rig since a motion was measured: its change to first order.

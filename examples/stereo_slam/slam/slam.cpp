@@ -68,7 +68,7 @@ FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) 
 
 /// The pose of a frame: measurements, update; if it is lost, relocalisation.
 TrackedPose Slam::track(const FrameImages& images, AssociationTrace* trace, StageClock& clock) {
-  find_first_velocity(images, clock);
+  correct_last_exposure(images);
   find_first_displacement(images);
   FrameMeasurement measured = measure(images, trace, clock);
   right_camera_.take(measured.right, measured.displacement_left);
@@ -88,16 +88,24 @@ TrackedPose Slam::track(const FrameImages& images, AssociationTrace* trace, Stag
   return tracked;
 }
 
-/// Finds the velocity with which the map began, if right images are late: the disparities of its landmarks
-/// depend on the velocity, and the motion from there on, which tells the velocity, depends on them.
-void Slam::find_first_velocity(const FrameImages& images, StageClock& clock) {
-  constexpr int kRounds = 4;  // lengths are up to a third wrong without it, and every round leaves a third
-  if (motion_.known() || !right_camera_.is_late()) return;
-  for (int i = 0; i < kRounds; ++i) {
-    const OdometryResult odometry = measure(images, nullptr, clock).odometry;
-    if (!odometry.valid) return;
-    const Remeasurement change = right_camera_.expose_with(
-        motion_.velocity_by(odometry.T_previous_current.pose, images.frame.stamp_ns));
+/// Corrects how the rig moved until the right image of the last frame was exposed, if that is late and the
+/// frame is a keyframe: the disparities of its landmarks depend on the velocity then, and this motion tells
+/// the velocity after it. When the map begins, none was known, and the motion depends on the disparities.
+void Slam::correct_last_exposure(const FrameImages& images) {
+  constexpr int kFirstRounds = 4;  // lengths are up to a third wrong, and every round leaves a third
+  const bool first = !motion_.known();
+  const bool after_keyframe = !previous_.lost && path_.trajectory().reference_frame() + 1 == path_.frames();
+  if (!right_camera_.is_late() || !(first || after_keyframe)) return;
+  for (int rounds = first ? kFirstRounds : 1; rounds > 0; --rounds) {
+    const RightImageState right = next_right_image(images);
+    FrameMeasurement measured = begin_measurement(right, displacement_in(images, right));
+    measure_motion(images, measured);
+    const auto velocity =
+        measured.odometry.valid
+            ? motion_.velocity_by(measured.odometry.T_previous_current.pose, images.frame.stamp_ns)
+            : std::nullopt;
+    if (!velocity) return;
+    const Remeasurement change = right_camera_.expose_with(*velocity);
     tracks_.remeasure(change);
     local_map_.remeasure(change);
   }
@@ -339,7 +347,7 @@ PoseGaussian Slam::reported(const TrackedPose& tracked) const {
   if (const auto drift = motion_.inertial().drift_covariance()) pose.covariance += *drift;
   if (right_camera_.is_late() && fits_landmarks(tracked)) {
     pose.covariance +=
-        right_camera_.velocity_covariance(seen_motion(tracked.matches, local_map_.view(), pose.pose));
+        right_camera_.exposure_covariance(seen_motion(tracked.matches, local_map_.view(), pose.pose));
   }
   return pose;
 }

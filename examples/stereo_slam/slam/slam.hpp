@@ -81,10 +81,12 @@ class Slam final : public SlamSystem {
   [[nodiscard]] FrameMeasurement measure(const FrameImages& images, const RightImageState& right,
                                          const std::optional<DisplacementEstimate>& displacement,
                                          AssociationTrace* trace, StageClock& clock) const;
-  void find_first_velocity(const FrameImages& images, StageClock& clock);
+  void correct_last_exposure(const FrameImages& images);
   void find_first_displacement(const FrameImages& images);
   [[nodiscard]] std::vector<StereoPlane> points_of_previous() const;
   [[nodiscard]] RightImageState next_right_image(const FrameImages& images) const;
+  [[nodiscard]] FrameMeasurement begin_measurement(
+      const RightImageState& right, const std::optional<DisplacementEstimate>& displacement) const;
   [[nodiscard]] std::optional<DisplacementEstimate> displacement_in(const FrameImages& images,
                                                                     const RightImageState& right) const;
   void measure_motion(const FrameImages& images, FrameMeasurement& measured) const;

@@ -78,7 +78,7 @@ RightImageState Slam::next_right_image(const FrameImages& images) const {
       motion_in_left(points_of_previous(), pyramids, right_camera_.view_of(images.frame, right), expected,
                      settings_.odometry);
   const auto velocity = motion ? motion_.velocity_by(*motion, images.frame.stamp_ns) : std::nullopt;
-  if (velocity) right.velocity = right_camera_.velocity_at_exposure(*velocity);
+  if (velocity) right.late = right_camera_.motion_until_exposure(*velocity);
   return right;
 }
 
@@ -105,16 +105,22 @@ std::optional<DisplacementEstimate> Slam::displacement_in(const FrameImages& ima
   const ConsecutivePyramids pyramids{previous_.pyramids, images.flow_pyramids};
   const StereoView view = right_camera_.view_of(images.frame, right);
   const Pose expected = motion_.expected_until(images.frame.stamp_ns).T_previous_current;
-  return search_displacement(points_of_previous(), pyramids, view, expected, settings_.odometry);
+  return search_displacement(points_of_previous(), pyramids, view, expected,
+                             right_camera_.searched_displacement(), settings_.odometry);
+}
+
+/// The measurement of a frame before anything is measured but the displacement of its right image, if one was
+/// found.
+FrameMeasurement Slam::begin_measurement(const RightImageState& right,
+                                         const std::optional<DisplacementEstimate>& displacement) const {
+  return {.right = displacement ? right_camera_.displaced(right, *displacement) : right, .tracks = tracks_};
 }
 
 /// System input, prediction, and data association with a right image, and its displacement if one was found.
 FrameMeasurement Slam::measure(const FrameImages& images, const RightImageState& right,
                                const std::optional<DisplacementEstimate>& displacement,
                                AssociationTrace* trace, StageClock& clock) const {
-  FrameMeasurement measured{.right = right, .tracks = tracks_};
-  if (displacement) measured.right.displacement = displacement->change;
-  if (displacement) measured.right.covariance = displacement->covariance;
+  FrameMeasurement measured = begin_measurement(right, displacement);
   measure_motion(images, measured);  // u_k, eq. 11
   if (displacement && measured.odometry.valid)
     measured.odometry.T_previous_current.covariance += displacement->pose_covariance();
@@ -147,7 +153,7 @@ void Slam::measure_motion(const FrameImages& images, FrameMeasurement& measured)
 /// Sees a late right image with the velocity of the odometry, which is more exact than that of the left image
 /// alone.
 void Slam::see_with_velocity(const FrameImages& images, FrameMeasurement& measured) const {
-  if (!right_camera_.is_late() || !measured.odometry.valid || !measured.right.velocity) return;
+  if (!right_camera_.is_late() || !measured.odometry.valid || !measured.right.late) return;
   const auto velocity = motion_.velocity_by(measured.odometry.T_previous_current.pose, images.frame.stamp_ns);
   if (!velocity) return;
   measured.tracks.remeasure(right_camera_.move_with(*velocity, measured.right));
@@ -261,10 +267,10 @@ std::optional<DisplacementEstimate> Slam::displacement_of(const FrameImages& ima
   const bool displaced = right_camera_.may_be_displaced();
   const PoseGaussian& prior = measured.prior;
   DisplacementPrior known{
-      .pose_information = solve_symmetric(prior.covariance, Matrix6<double>::Identity()),
       .mean = -measured.right.displacement,
       .information = ImageDisplacement::Covariance::Identity() / (kUnknown_px * kUnknown_px)};
-  if (displaced) known.information = right_camera_.displacement_information(measured.right);
+  if (displaced) known = right_camera_.displacement_prior(measured.right);
+  known.pose_information = solve_symmetric(prior.covariance, Matrix6<double>::Identity());
   const StereoView view = right_camera_.view_of(images.frame, measured.right);
   return estimate_displacement(
       displacement_constraints(measured.matches, local_map_.view(), view, prior.pose,

@@ -55,13 +55,49 @@ TEST_CASE("A late right image shows points where the moved camera sees them, and
     constexpr double kStep = 1e-4;
     const LateExposure::Seen beside = exposure.measure(left_px, right_px - Vector2<double>(kStep, 0.0));
     CHECK(std::abs((beside.disparity_px - z.z()) / kStep - seen.disparity_per_px) < 1e-3);
-    const Vector3<double> by_step = exposure.disparity_by_step(left_px, z.z());
+    const Eigen::Matrix<double, 2, 3> by_step = exposure.by_step(left_px, z.z());
     for (int i = 0; i < 3; ++i) {
       const Pose moved = Pose::from_rotation_translation(
           T.rotation(), Vector3<double>(T.translation() + kStep * Vector3<double>::Unit(i)));
-      const double changed_px = LateExposure(camera, moved).measure(left_px, right_px).disparity_px;
-      CHECK(std::abs((changed_px - z.z()) / kStep - by_step[i]) < 1e-2 * (1.0 + by_step.norm()));
+      const LateExposure::Seen changed = LateExposure(camera, moved).measure(left_px, right_px);
+      const Vector2<double> change_px(changed.disparity_px - z.z(), changed.row_error_px);
+      CHECK((change_px / kStep - by_step.col(i)).norm() < 1e-2 * (1.0 + by_step.norm()));
     }
+  }
+}
+
+TEST_CASE("A rig that turns further until the late exposure has turned by both rotations",
+          "[stereo_slam][rectification]") {
+  const StereoCamera camera = test::kitti_camera();
+  const Pose T = motion_between_exposures();
+  const Vector3<double> turn(0.003, -0.02, 0.004);
+  Vector6<double> further = Vector6<double>::Zero();
+  further.head<3>() = turn;
+  const LateExposure turned = LateExposure(camera, T).turned(turn);
+  const LateExposure expected(camera, T * Pose::exp(further));
+  for (const auto& z : points_in_view(camera)) {
+    const Vector2<double> left_px = z.head<2>();
+    CHECK((turned.right_position(left_px, z.z()) - expected.right_position(left_px, z.z())).norm() < 1e-8);
+  }
+}
+
+TEST_CASE("A further displacement of a late right image is a turn of the rig, and of another one a shift",
+          "[stereo_slam][rectification]") {
+  const StereoCamera camera = test::kitti_camera();
+  const RectificationResidual at_once(camera);
+  const RectificationResidual late = at_once.late(motion_between_exposures());
+  const Vector3<double> turn(1e-4, -3e-4, 2e-4);  // by which points move .07 to .2 px
+  const ImageDisplacement::Coefficients px = ImageDisplacement::by_rotation(camera) * turn;
+  CHECK((ImageDisplacement::rotation(px, camera) - turn).norm() < 1e-12);
+  // Beside the turn the baseline moves: by .3 mrad of .54 m, seen from 14 m on.
+  constexpr double kBaseline_px = 0.02;
+  for (const auto& z : points_in_view(camera)) {
+    const Vector2<double> right_px = late.right_position(z);
+    const Vector2<double> moved_px = ImageDisplacement::basis(right_px, camera) * px;
+    CHECK((late.displaced_further(px).right_position(z) - right_px - moved_px).norm() < kBaseline_px);
+    CHECK((at_once.displaced(px).displaced_further(px).right_position(z) -
+           at_once.displaced(2.0 * px).right_position(z))
+              .norm() < 1e-12);
   }
 }
 
@@ -109,14 +145,14 @@ TEST_CASE("The warp to a late right image follows the surface", "[stereo_slam][r
   }
 }
 
-/// Measurements of a rig that moves as RigVelocity says, whose right images are `true_s` late, with
-/// `geometry` as the run knows it, and a tenth of a pixel of noise in each position of the right image.
+/// Measurements of a rig that moves so, whose right images are `true_s` late, with `geometry` as the run
+/// knows it, and a tenth of a pixel of noise in each position of the right image.
 std::vector<StereoMeasurement> measured_matches(const RectificationResidual& geometry,
-                                                const RigVelocity& velocity, double true_s,
+                                                const LateMotion& motion, double true_s,
                                                 std::mt19937_64& random) {
   const StereoCamera camera = test::kitti_camera();
   std::normal_distribution<double> noise_px(0.0, 0.1);
-  const RectificationResidual exact = RectificationResidual(camera).late(velocity.motion_in(true_s));
+  const RectificationResidual exact = RectificationResidual(camera).late(motion.in(true_s));
   std::vector<StereoMeasurement> matches;
   for (const auto& z : points_in_view(camera)) {
     Vector2<double> right_px = exact.right_position(z);
@@ -126,25 +162,33 @@ std::vector<StereoMeasurement> measured_matches(const RectificationResidual& geo
   return matches;
 }
 
+/// Nine metres a second, in a bend.
+LateMotion motion_ahead() {
+  LateMotion motion;
+  motion.turn_rad.y() = 0.004;
+  motion.m_per_s.z() = 9.0;
+  return motion;
+}
+
 TEST_CASE(
-    "The rows of moving rigs tell the delay within its standard deviation, beside a turned right camera",
+    "The rows of moving rigs tell the delay within its standard deviation, beside turns and wrong velocities",
     "[stereo_slam][rectification]") {
   const StereoCamera camera = test::kitti_camera();
-  RigVelocity velocity;
-  velocity.per_s << 0.0, 0.3, 0.0, 0.0, 0.0, 9.0;
-  velocity.frame_s = 0.1;
-  for (const double true_s : {-0.03, 0.0, 0.005, 0.02}) {
+  LateMotion known = motion_ahead();
+  known.sigma_m_per_s << 0.05, 0.05, 0.1;
+  for (const double true_s : {-0.03, 0.0, 0.005, 0.02, 0.05}) {
     std::mt19937_64 random(5);
+    std::normal_distribution<double> normal;
     ExposureDelay delay;
     delay.begin_with({.seconds = true_s + 0.004, .sigma_s = 0.004});
     for (int keyframe = 0; keyframe < 10; ++keyframe) {
-      // A rotation of the right camera moves all rows in this frame by up to half a pixel.
       const RectificationResidual geometry(camera);
-      auto matches = measured_matches(geometry.late(velocity.motion_in(delay.used()->seconds)), velocity,
-                                      true_s, random);
-      for (auto& match : matches) match.row_error_px += 0.05 * (keyframe - 5);
-      delay.add(matches, geometry, velocity, camera);
-      delay.advance({});
+      LateMotion motion = known;
+      for (int i = 0; i < 3; ++i) motion.m_per_s[i] += known.sigma_m_per_s[i] * normal(random);
+      motion.turn_rad.x() += 1e-4 * (keyframe - 5);  // all rows move by up to half a pixel
+      delay.add(measured_matches(geometry.late(known.in(delay.used()->seconds)), motion, true_s, random),
+                geometry, known, camera);
+      delay.advance();
     }
     CAPTURE(true_s, delay.used()->seconds, delay.used()->sigma_s);
     CHECK(std::abs(delay.used()->seconds - true_s) < 3.0 * delay.used()->sigma_s);
@@ -156,13 +200,11 @@ TEST_CASE("Without a delay at the start none is estimated, and one that is no nu
           "[stereo_slam][rectification]") {
   const StereoCamera camera = test::kitti_camera();
   std::mt19937_64 random(6);
-  RigVelocity velocity;
-  velocity.per_s << 0.0, 0.0, 0.0, 0.0, 0.0, 9.0;
-  velocity.frame_s = 0.1;
+  const LateMotion motion = motion_ahead();
   ExposureDelay delay;
   const RectificationResidual geometry(camera);
-  delay.add(measured_matches(geometry, velocity, 0.02, random), geometry, velocity, camera);
-  delay.advance({});
+  delay.add(measured_matches(geometry, motion, 0.02, random), geometry, motion, camera);
+  delay.advance();
   CHECK_FALSE(delay.used());
   const double nan = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_AS(delay.begin_with({nan, 1.0}), std::invalid_argument);

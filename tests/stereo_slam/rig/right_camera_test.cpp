@@ -82,6 +82,85 @@ TEST_CASE("Motions that do not tell of the disparities change nothing, and are a
   CHECK_FALSE(right.tests_disparities(false));
 }
 
+constexpr double kDelay_s = 0.05;  // half of the time between two frames
+
+[[nodiscard]] RightCamera late_camera() {
+  RightCamera right(test::kitti_camera(), {});
+  right.begin_with_delay({.seconds = kDelay_s, .sigma_s = 1e-4});
+  return right;
+}
+
+[[nodiscard]] RigVelocity velocity_with(double yaw_rad_per_s) {
+  RigVelocity velocity{.frame_s = 0.1};
+  velocity.per_s << 0.0, yaw_rad_per_s, 0.0, 0.0, 0.0, 9.0;
+  return velocity;
+}
+
+/// Where the right image of the last frame shows a point, px.
+[[nodiscard]] double column(const RightCamera& right, const StereoPoint& z) {
+  return right.view_of(StereoFrame{}).rectification.right_position(z).x();
+}
+
+TEST_CASE("The exposure of a late keyframe is corrected by the motion after it", "[stereo_slam][rig]") {
+  const StereoCamera camera = test::kitti_camera();
+  RightCamera right = late_camera();
+  (void)right.move_with(velocity_with(0.0));
+  const StereoPoint z(600.0, 180.0, 12.0);
+  const double straight_px = column(right, z);
+  const Remeasurement change = right.expose_with(velocity_with(0.4));
+  // It is exposed in the middle of the interval, three quarters of the way from one mean velocity to the
+  // next.
+  const double turn_px = 0.75 * 0.4 * kDelay_s * camera.fx;
+  constexpr double kNotFirstOrder_px = 0.5;  // .4 m ahead and .015 rad
+  CHECK(std::abs(column(right, z) - straight_px + turn_px) < kNotFirstOrder_px);
+  CHECK((change.before.right_position(z) - change.after.right_position(change.of(z.head<2>(), z))).norm() <
+        0.5);  // the same column; rows tell whether it is right
+}
+
+TEST_CASE("A turn that a late image shows counts as much as the velocity leaves open", "[stereo_slam][rig]") {
+  const StereoPoint z(600.0, 180.0, 12.0);
+  for (const double jump_rad_per_s : {0.0, 0.4}) {
+    RightCamera right = late_camera();
+    (void)right.expose_with(velocity_with(0.0));  // the first keyframe
+    right.add_rows({});
+    (void)right.move_with(velocity_with(0.0));
+    const double expected_px = column(right, z);
+    DisplacementEstimate shown;
+    shown.change << 3.0, 0.0, 0.0, 3.0, 0.0;  // px, a turn sideways
+    shown.covariance *= 0.02 * 0.02;
+    (void)right.displace(shown);
+    right.add_rows({});
+    (void)right.expose_with(velocity_with(jump_rad_per_s));
+    const double taken_px = column(right, z) - expected_px;
+    CAPTURE(jump_rad_per_s, taken_px);
+    if (jump_rad_per_s == 0.0)
+      CHECK(taken_px < 2.0);  // neither is known better than to .02 px
+    else
+      CHECK(std::abs(taken_px - 3.0) < 0.2);  // the velocity tells it to 7 px
+  }
+}
+
+TEST_CASE("The displacement of a late right image is a rotation until its exposure", "[stereo_slam][rig]") {
+  const RightCamera right = late_camera();
+  RightImageState image = right.next_image(true);
+  image.late = right.motion_until_exposure(velocity_with(0.0));
+  DisplacementEstimate shown;
+  shown.change << 2.0, 1.0, 0.5, 2.0, 1.0;
+  const RightImageState displaced = right.displaced(image, shown);
+  CHECK(displaced.displacement.isZero(0.0));
+  REQUIRE(displaced.late);
+  const Vector3<double> expected = Vector3<double>(1.0, -2.0, -0.5) / test::kitti_camera().fx;
+  CHECK((displaced.late->turn_left_rad - expected).norm() < 1e-12);
+  // Once it is taken, nothing but the rotation that is left is open.
+  const DisplacementPrior prior = right.displacement_prior(displaced);
+  CHECK((prior.mean + shown.change).norm() < 1e-9);
+}
+
+TEST_CASE("Exposures of synchronous images are exact", "[stereo_slam][rig]") {
+  const RightCamera right(test::kitti_camera(), {});
+  CHECK(right.exposure_covariance({}).isZero(0.0));
+}
+
 TEST_CASE("A rig that is learned hands on what the next run can begin with", "[stereo_slam][rig]") {
   RightCamera right(test::kitti_camera(), {});
   right.begin_with_delay({.seconds = 0.01, .sigma_s = 0.001});
