@@ -101,23 +101,22 @@ struct PointSearch {
   return motion_by_positions(previous, current_px, camera);
 }
 
-/// The points linearised at a motion and a displacement.
+/// The points linearised at a motion, seen in `view`.
 [[nodiscard]] std::vector<DisplacementConstraint> linearise(const std::vector<FoundPoint>& points,
                                                             const Pose& T_previous_current,
-                                                            const RectificationResidual& displaced,
-                                                            const StereoCamera& camera, double sigma_px) {
+                                                            const StereoView& view, double sigma_px) {
   const Matrix3<double> S_inverse = (2.0 * stereo_pixel_covariance(sigma_px)).inverse();  // both are noisy
   const Pose T_current_previous = T_previous_current.inverse();
   std::vector<DisplacementConstraint> constraints;
   for (const auto& point : points) {
-    const auto expected = seen_by_second(point.previous, T_current_previous, camera);
+    const auto expected = seen_by_second(point.previous, T_current_previous, view.camera);
     if (!expected) continue;
-    const StereoMeasurement current = displaced.measure(point.current.left_px, point.right_px);
+    const StereoMeasurement current = view.rectification.measure(point.current.left_px, point.right_px);
     constraints.push_back({.innovation = current.z - expected->z,
                            .S_inverse = S_inverse,
                            .J_pose = expected->J_motion,
                            .row_error_px = current.row_error_px,
-                           .basis = ImageDisplacement::basis(point.right_px, camera)});
+                           .basis = ImageDisplacement::basis(point.right_px, view.camera)});
   }
   return constraints;
 }
@@ -143,10 +142,10 @@ std::optional<DisplacementEstimate> search_displacement(const std::vector<Stereo
   for (int i = 0; i < kLinearisations; ++i) {
     DisplacementPrior relative = prior;
     relative.mean -= displacement;
-    estimate = estimate_displacement(
-        linearise(agreeing_in_left, motion, view.rectification.displaced_further(displacement), view.camera,
-                  settings.pixel_sigma_px),
-        relative);
+    StereoView displaced = view;
+    displaced.rectification = view.rectification.displaced_further(displacement);
+    estimate = estimate_displacement(linearise(agreeing_in_left, motion, displaced, settings.pixel_sigma_px),
+                                     relative);
     if (!estimate) return std::nullopt;
     motion = motion.boxplus(estimate->pose_change);
     displacement += estimate->change;

@@ -59,6 +59,18 @@ template <int kAll>
       all.vector.template head<kErrors>() - cross * factor.solve(all.vector.template tail<kLate>())};
 }
 
+/// Adds that hardly anything is known of the displacement.
+template <Rig kRig, class Sums>
+void add_unknown_displacement(const StereoCamera& camera, Sums& sums) {
+  if constexpr (kRig != Rig::kRigid) {
+    constexpr double kUnknown_px = 10.0;  // standard deviation
+    const double unknown = kRig == Rig::kLate ? kUnknown_px / camera.fx : kUnknown_px;
+    typename Sums::Square prior = Sums::Square::Zero();
+    prior.diagonal().template tail<kOwnOf<kRig>>().setConstant(1.0 / (unknown * unknown));
+    sums.add_prior(prior, Sums::Tangent::Zero(), 0.0);
+  }
+}
+
 /// The motion is the state, with the displacement unless the rig is rigid. The errors of the cameras are
 /// considered: those in both frames, then those of the field in the second frame alone, and the exposures of
 /// late right images.
@@ -71,13 +83,7 @@ template <Rig kRig>
   constexpr int kConsidered = kErrors + kField + kLate;
   using Sums = antipode::WeightedSums<double, kState, kConsidered, antipode::CauchyLoss<double>>;
   Sums sums(kOutlierLoss);
-  if constexpr (kRig != Rig::kRigid) {
-    constexpr double kUnknown_px = 10.0;  // standard deviation of the displacement
-    const double unknown = kRig == Rig::kLate ? kUnknown_px / camera.fx : kUnknown_px;
-    typename Sums::Square prior = Sums::Square::Zero();
-    prior.diagonal().template tail<kOwnOf<kRig>>().setConstant(1.0 / (unknown * unknown));
-    sums.add_prior(prior, Sums::Tangent::Zero(), 0.0);
-  }
+  add_unknown_displacement<kRig>(camera, sums);
   for (std::size_t i = 0; i < motion.points.size(); ++i) {
     const TwoFramePoint& c = motion.points[i];
     antipode::Matrix<double, 3, kState> J = antipode::Matrix<double, 3, kState>::Zero();

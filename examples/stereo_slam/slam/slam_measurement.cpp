@@ -20,23 +20,17 @@
 namespace stereo_slam {
 namespace {
 
-/// Whether the landmarks of a frame show a displacement of its right image that is new.
-[[nodiscard]] bool shows_displacement(const FrameMeasurement& measured, const RightCamera& rig) {
-  return measured.displacement_left && rig.is_surprised_by(*measured.displacement_left);
-}
-
 /// Whether the right image of a frame may be displaced that was measured as if it were not, with
 /// `usual_matches` in the frame before.
-[[nodiscard]] bool may_be_displaced(const FrameMeasurement& measured, std::size_t usual_matches,
-                                    const RightCamera& rig) {
+[[nodiscard]] bool may_be_displaced(const FrameMeasurement& measured, std::size_t usual_matches) {
   if (!measured.right.monitor.fits() || !measured.odometry.valid || !measured.displacement_left) return true;
-  return 2 * measured.matches.size() < usual_matches || shows_displacement(measured, rig);
+  return 2 * measured.matches.size() < usual_matches;
 }
 
-/// Whether a frame fits better if its right image is displaced: the displacement explains what the landmarks
-/// show, or more of them are found.
+/// Whether a frame fits better if its right image is displaced: if that explains what the landmarks show, or
+/// more of them are found.
 [[nodiscard]] bool is_better(const FrameMeasurement& displaced, const FrameMeasurement& undisplaced,
-                             const RightCamera& rig) {
+                             bool explains) {
   constexpr double kMore = 1.2;  // by chance as many landmarks may be found, or a few more
   const auto fits = [](const FrameMeasurement& measured) {
     return measured.right.monitor.fits() && !measured.right.is_ignored();
@@ -45,9 +39,7 @@ namespace {
     return static_cast<double>(measured.matches.size());
   };
   if (!fits(displaced)) return false;
-  if (!fits(undisplaced) || matches(displaced) > kMore * matches(undisplaced)) return true;
-  return shows_displacement(undisplaced, rig) && displaced.displacement_left &&
-         !shows_displacement(displaced, rig);
+  return explains || !fits(undisplaced) || matches(displaced) > kMore * matches(undisplaced);
 }
 
 }  // namespace
@@ -59,12 +51,16 @@ FrameMeasurement Slam::measure(const FrameImages& images, AssociationTrace* trac
   if (right_camera_.may_be_displaced())
     return measure(images, right, displacement_in(images, right), trace, clock);
   FrameMeasurement undisplaced = measure(images, right, {}, trace, clock);
-  if (!may_be_displaced(undisplaced, previous_.matches, right_camera_)) return undisplaced;
+  const auto& shown = undisplaced.displacement_left;
+  const bool surprises = shown && right_camera_.is_surprised_by(*shown);
+  if (!surprises && !may_be_displaced(undisplaced, previous_.matches)) return undisplaced;
   constexpr int kEnoughToBegin = 30;  // fewer may agree by chance
   const auto displacement = displacement_in(images, right);
   if (!displacement || displacement->agreeing < kEnoughToBegin) return undisplaced;
   FrameMeasurement measured = measure(images, right, displacement, trace, clock);
-  return is_better(measured, undisplaced, right_camera_) ? measured : undisplaced;
+  const auto& left = measured.displacement_left;
+  const bool explains = surprises && left && !right_camera_.is_surprised_by(*left);
+  return is_better(measured, undisplaced, explains) ? measured : undisplaced;
 }
 
 /// The right image of a frame before it is measured. If it is late, the motion in the left images tells the
