@@ -13,6 +13,7 @@
 #include <antipode/filters/gauss_newton_update.hpp>
 #include <antipode/filters/robust_least_squares.hpp>
 
+#include "filters/linear_problem.hpp"
 #include "filters/models.hpp"
 #include "support/catch.hpp"
 #include "support/error_message.hpp"
@@ -26,33 +27,6 @@ namespace {
 using Pose = DualQuaternion<double>;
 using Poses = ScrewChart<double>;
 using R3 = VectorChart<double, 3>;
-
-/// Measurements z_i = J_i x + K_i c of two numbers each, of noise with the covariance S_i.
-template <int N, int Considered>
-struct LinearProblem {
-  struct Row {
-    Vector2<double> z;
-    Matrix2<double> S_inverse;
-    Matrix<double, 2, N> J;
-    Matrix<double, 2, Considered> K;
-  };
-  std::vector<Row> rows;
-
-  LinearProblem(Rng& rng, std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i) {
-      Row row;
-      row.z = random_matrix<double, 2, 1>(rng);
-      row.S_inverse = random_covariance<double, 2>(rng).inverse();
-      row.J = random_matrix<double, 2, N>(rng);
-      row.K = random_matrix<double, 2, Considered>(rng);
-      rows.push_back(row);
-    }
-  }
-  template <class Sums>
-  void operator()(const Vector<double, N>& x, Sums& sums) const {
-    for (const auto& [z, S_inverse, J, K] : rows) sums.add(Vector2<double>(z - J * x), S_inverse, J, K);
-  }
-};
 
 /// What a camera measures of known landmarks; a share of the measurements belong to other landmarks.
 struct CameraProblem {
@@ -376,82 +350,6 @@ TEST_CASE("What is not determined is named", "[least-squares]") {
                                                                    Matrix3<double>::Zero());
                    }),
                    "covariance of the prior is not positive definite"));
-  }
-}
-
-TEST_CASE("Of a field of coefficients as many may be used as are known at run time, without allocating",
-          "[least-squares]") {
-  // Those that are not used change no measurement, and have a prior of variance 1.
-  constexpr int kMost = 16;
-  using Field = VectorChart<double, kMost>;
-  for (const int used : {1, 5, 11, kMost}) {
-    CAPTURE(used);
-    Rng rng(static_cast<unsigned>(used));
-    LinearProblem<kMost, 0> problem(rng, 40);
-    for (auto& row : problem.rows) row.J.rightCols(kMost - used).setZero();
-    LeastSquaresPrior<Field> unused{Field::Point::Zero()};
-    unused.information.diagonal().tail(kMost - used).setOnes();
-    const auto fit = [&](const auto& noise, const LeastSquaresOptions<double>& options) {
-      return without_allocation([&] {
-        return robust_least_squares<Field>(Field::Point::Zero(), problem, noise, options, &unused);
-      });
-    };
-    Eigen::MatrixXd A(80, used);
-    Eigen::VectorXd b(80);
-    for (std::size_t i = 0; i < problem.rows.size(); ++i) {
-      const auto& row = problem.rows[i];
-      const Matrix2<double> U = row.S_inverse.llt().matrixU();
-      A.middleRows<2>(2 * static_cast<Eigen::Index>(i)) = U * row.J.leftCols(used);
-      b.segment<2>(2 * static_cast<Eigen::Index>(i)) = U * row.z;
-    }
-    const Eigen::VectorXd x = A.colPivHouseholderQr().solve(b);
-    const Eigen::MatrixXd P = (A.transpose() * A).inverse();
-    const auto result = fit(NormalNoise<double>{}, kByNoise);
-    CHECK(result.converged());
-    CHECK((result.state.head(used) - x).norm() < 1e-11);
-    CHECK((result.covariance.topLeftCorner(used, used) - P).norm() < 1e-11);
-    CHECK(result.state.tail(kMost - used).isZero(0.0));
-    CHECK(result.covariance.bottomRightCorner(kMost - used, kMost - used).isIdentity(1e-15));
-    CHECK(result.squared_distance == Approx((A * x - b).squaredNorm()).epsilon(1e-11));
-    // By the residuals: the same times their mean square, whose degrees of freedom the unused ones do not
-    // change.
-    const double mean_square = (A * x - b).squaredNorm() / (80 - used);
-    const auto by_residuals = fit(NormalNoise<double>{}, {});
-    CHECK((by_residuals.covariance.topLeftCorner(used, used) - mean_square * P).norm() < 1e-11);
-  }
-}
-
-TEST_CASE("Coefficients that are not used change nothing of a robust fit of the others", "[least-squares]") {
-  constexpr int kUsed = 5, kMost = 16;
-  using Field = VectorChart<double, kMost>;
-  using Used = VectorChart<double, kUsed>;
-  for (unsigned seed = 0; seed < 5; ++seed) {
-    CAPTURE(seed);
-    Rng rng(seed);
-    LinearProblem<kMost, 0> problem(rng, 40);
-    for (std::size_t i = 0; i < problem.rows.size(); ++i) {
-      problem.rows[i].J.rightCols<kMost - kUsed>().setZero();
-      if (i % 10 == 0) problem.rows[i].z *= 30.0;  // outliers
-    }
-    LeastSquaresPrior<Field> unused{Field::Point::Zero()};
-    unused.information.diagonal().tail<kMost - kUsed>().setOnes();
-    const auto exact_size = [&](const Used::Point& c, auto& sums) {
-      for (const auto& [z, S_inverse, J, K] : problem.rows) {
-        const Matrix<double, 2, kUsed> of_used = J.leftCols<kUsed>();
-        sums.add(Vector2<double>(z - of_used * c), S_inverse, of_used);
-      }
-    };
-    const auto expected = robust_least_squares<Used>(Used::Point::Zero(), exact_size, CauchyLoss<double>{});
-    const auto result = without_allocation([&] {
-      return robust_least_squares<Field>(Field::Point::Zero(), problem, CauchyLoss<double>{}, {}, &unused);
-    });
-    REQUIRE(expected.converged());
-    CHECK(result.status == expected.status);
-    CHECK(max_difference(result.state.head<kUsed>(), expected.state) < 1e-11);
-    CHECK(max_difference(result.covariance.topLeftCorner<kUsed, kUsed>(), expected.covariance) < 1e-11);
-    CHECK(result.cost == Approx(expected.cost).epsilon(1e-11));
-    CHECK(result.log_evidence == Approx(expected.log_evidence).epsilon(1e-11));
-    CHECK(result.evaluations == expected.evaluations);
   }
 }
 

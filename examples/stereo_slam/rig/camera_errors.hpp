@@ -82,10 +82,6 @@ class CameraErrors {
   /// the estimate of now.
   void forget(double displacement_px);
 
-  /// Corrects what the motions so far showed, which depends on something that was estimated anew, by this
-  /// change of the information vector, 1/px.
-  void correct(const Coefficients& vector) { everything_.vector += vector; }
-
   /// The coefficients have changed by this, px: a large error, from then on.
   void shift(const Coefficients& change);
 
