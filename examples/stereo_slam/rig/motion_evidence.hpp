@@ -33,6 +33,16 @@ struct MotionEvidence {
   Matrix6<double> covariance = Matrix6<double>::Zero();  ///< of the motion, due to that of the coefficients
 };
 
+/// How the pose of a frame between two keyframes depends on the errors of the cameras. It was measured with
+/// the same coefficients as the motion to the second keyframe. Single precision, since there are many.
+struct FrameDependence {
+  using Derivative = Eigen::Matrix<float, 6, CameraErrors::kTerms>;
+  Derivative derivative = Derivative::Zero();  ///< d pose / d coefficients
+  Vector6<float> derivative_by_delay =
+      Vector6<float>::Zero();                          ///< d pose / d delay of the right images, per s
+  Matrix6<float> covariance = Matrix6<float>::Zero();  ///< of the pose, due to that of the coefficients
+};
+
 /// The motion is eliminated, and so is a displacement of the second right image against the first if the rig
 /// vibrates. If right images are late, it is a turn of the rig, and what is not known of the exposures is
 /// eliminated as well. `applied` are the coefficients that the points were measured with. Nothing if the

@@ -187,14 +187,10 @@ MotionEvidence RectificationEstimator::consider_motion(const SeenMotion& motion)
 MotionEvidence RectificationEstimator::add_motion(const SeenMotion& motion, double confidence,
                                                   bool vibrates) {
   noticed_turn_ = false;
-  constexpr std::size_t kMinPoints = 30;
-  if (motion.points.size() < kMinPoints) return {};
-  auto shown = evidence_of_motion(motion, current(), applied(), camera_, vibrates);
+  auto shown = measured(motion, vibrates);
   if (!shown) return {};
-  shown->applied_delay_s = used_delay().seconds;
-  shown->motion = motions_++;
+  ++motions_;
   shown->evidence = {confidence * shown->evidence.information, confidence * shown->evidence.vector};
-  shown->covariance = covariance_of(*shown);
   const bool turns = !vibrates && motion.late.empty();
   noticed_turn_ = turns && disparity_.add(shown->evidence);
   if (!turns) disparity_.add_without_turn(shown->evidence);
@@ -202,6 +198,27 @@ MotionEvidence RectificationEstimator::add_motion(const SeenMotion& motion, doub
   length_derivative_m2_ -= shown->derivative.bottomRows<3>().transpose() * path_m;
   squared_length_m2_ += path_m.squaredNorm();
   return *std::move(shown);
+}
+
+/// What a motion shows, which is measured with the coefficients and the delay in use.
+std::optional<MotionEvidence> RectificationEstimator::measured(const SeenMotion& motion,
+                                                               bool vibrates) const {
+  constexpr std::size_t kMinPoints = 30;
+  if (motion.points.size() < kMinPoints) return std::nullopt;
+  auto shown = evidence_of_motion(motion, current(), applied(), camera_, vibrates);
+  if (!shown) return std::nullopt;
+  shown->applied_delay_s = used_delay().seconds;
+  shown->motion = motions_;
+  shown->covariance = covariance_of(*shown);
+  return shown;
+}
+
+std::optional<FrameDependence> RectificationEstimator::dependence_of(const SeenMotion& motion,
+                                                                     bool vibrates) const {
+  const auto shown = measured(motion, vibrates);
+  if (!shown) return std::nullopt;
+  return FrameDependence{shown->derivative.cast<float>(), shown->derivative_by_delay.cast<float>(),
+                         shown->covariance.cast<float>()};
 }
 
 /// Best estimate of the coefficients between the turns of the right camera before and after the motion. Those
@@ -279,6 +296,16 @@ MotionChange RectificationEstimator::correct(MotionEvidence& motion, const Pose&
   motion.covariance = result.covariance;
   motion.applied = coefficients_during(motion);
   return result;
+}
+
+MotionChange RectificationEstimator::correct(const FrameDependence& frame, const MotionEvidence& motion,
+                                             const Pose& T_first_frame) const {
+  if (motion.derivative.isZero(0.0)) return {};
+  MotionEvidence to_frame = motion;
+  to_frame.derivative = frame.derivative.cast<double>();
+  to_frame.derivative_by_delay = frame.derivative_by_delay.cast<double>();
+  to_frame.covariance = frame.covariance.cast<double>();
+  return correct(to_frame, T_first_frame);
 }
 
 double RectificationEstimator::scale_sigma() const {

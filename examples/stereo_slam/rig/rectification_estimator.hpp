@@ -104,6 +104,10 @@ class RectificationEstimator {
   /// or too briefly.
   MotionEvidence consider_motion(const SeenMotion& motion);
 
+  /// How the pose of a frame depends on the errors, of which it teaches nothing: the motion to it from the
+  /// last keyframe. Nothing if add_motion() would ignore its points.
+  [[nodiscard]] std::optional<FrameDependence> dependence_of(const SeenMotion& motion, bool vibrates) const;
+
   /// Best estimate so far.
   [[nodiscard]] RectificationResidual current() const {
     return RectificationResidual(camera_, coefficients_, lens_);
@@ -138,6 +142,9 @@ class RectificationEstimator {
   /// What was learned since a motion was measured. Afterwards the motion counts as measured with the best
   /// estimate so far.
   [[nodiscard]] MotionChange correct(MotionEvidence& motion, const Pose& T_first_second) const;
+  /// The same of a frame before the second keyframe of a motion that is not corrected yet.
+  [[nodiscard]] MotionChange correct(const FrameDependence& frame, const MotionEvidence& motion,
+                                     const Pose& T_first_frame) const;
 
   /// Relative standard deviation of all lengths due to the present uncertainty of the disparity offset. Zero
   /// before the first motion.
@@ -162,6 +169,7 @@ class RectificationEstimator {
   using RowInformation = antipode::GaussianInformation<double, RectificationResidual::kTerms>;
 
   MotionEvidence add_motion(const SeenMotion& motion, double confidence, bool vibrates = false);
+  [[nodiscard]] std::optional<MotionEvidence> measured(const SeenMotion& motion, bool vibrates) const;
   [[nodiscard]] double bent_rows_px() const;
   void expect_disparity_offset();
   [[nodiscard]] CameraErrors::Coefficients applied() const;

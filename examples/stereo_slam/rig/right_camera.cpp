@@ -235,12 +235,10 @@ KeyframeMotion RightCamera::consider(const SeenMotion& by_landmarks) {
 KeyframeMotion RightCamera::refine(const SeenMotion& by_landmarks, const SeenMotion& by_odometry) {
   came_to_rest_ = false;
   if (!settings_.enabled) return {};
-  constexpr double kRigid_px2 = 0.05 * 0.05;  // variance of a displacement that is left out
   const RectificationResidual before = geometry(image_);
   const SeenMotion motion = with_exposures(by_landmarks);
-  MotionEvidence shown = !is_late() && (vibration_.present() || image_.covariance(0, 0) > kRigid_px2)
-                             ? rectification_.add_motion_of_vibrating_rig(motion, image_.covariance)
-                             : rectification_.add_motion(motion);
+  MotionEvidence shown = vibrates() ? rectification_.add_motion_of_vibrating_rig(motion, image_.covariance)
+                                    : rectification_.add_motion(motion);
   if (shown.derivative.isZero(0.0)) {
     shown = rectification_.consider_motion(by_odometry);
     shown.vibrates = vibration_.present();
@@ -262,6 +260,30 @@ std::vector<MotionChange> RightCamera::correct(const std::vector<Pose>& motions)
   for (std::size_t i = 0; i < motions.size(); ++i)
     changes.push_back(rectification_.correct(motions_.at(i), motions[i]));
   return changes;
+}
+
+Matrix6<double> RightCamera::note_frame(std::size_t position, const SeenMotion& by_landmarks) {
+  if (!settings_.enabled) return Matrix6<double>::Zero();
+  const auto dependence = rectification_.dependence_of(with_exposures(by_landmarks), vibrates());
+  if (!dependence) return Matrix6<double>::Zero();
+  frames_.push_back({position, motions_.size(), *dependence});
+  return dependence->covariance.cast<double>();
+}
+
+std::vector<FrameChange> RightCamera::frame_changes(const std::vector<Pose>& T_keyframe_frame) const {
+  std::vector<FrameChange> changes;
+  for (const auto& frame : frames_) {
+    if (frame.keyframe == motions_.size()) break;  // nothing was learned since the last keyframe
+    changes.push_back({frame.position, rectification_.correct(frame.dependence, motions_[frame.keyframe],
+                                                              T_keyframe_frame.at(frame.position))});
+  }
+  return changes;
+}
+
+/// Whether the last right image was displaced against that of the keyframe by more than can be left out.
+bool RightCamera::vibrates() const {
+  constexpr double kRigid_px2 = 0.05 * 0.05;  // variance of a displacement that is left out
+  return !is_late() && (vibration_.present() || image_.covariance(0, 0) > kRigid_px2);
 }
 
 RigSummary RightCamera::summary() const {

@@ -141,6 +141,9 @@ class RightCamera {
   KeyframeMotion refine(const SeenMotion& by_landmarks, const SeenMotion& by_odometry);
   /// As refine(), but the rectification is not refined: for landmarks without disparities.
   KeyframeMotion consider(const SeenMotion& by_landmarks);
+  /// Notes how the pose of a frame, seen by its landmarks, depends on the rig; `position` is its number.
+  /// Returns its covariance due to what is not known of the rig.
+  Matrix6<double> note_frame(std::size_t position, const SeenMotion& by_landmarks);
   /// Forgets what an earlier run learned if the rows of the first frame contradict it. Returns whether they
   /// do.
   bool refuse_learned();
@@ -162,6 +165,9 @@ class RightCamera {
   /// At the end: what was learned of the rig since each of these motions was measured, which are those that
   /// were refined or considered, in order. Nothing if the rig is not learned.
   [[nodiscard]] std::vector<MotionChange> correct(const std::vector<Pose>& motions);
+  /// Before correct(): the same for the frames between these keyframes that were noted, which are at
+  /// `T_keyframe_frame`, by their numbers.
+  [[nodiscard]] std::vector<FrameChange> frame_changes(const std::vector<Pose>& T_keyframe_frame) const;
   /// What was learned so far, to be reported.
   [[nodiscard]] RigSummary summary() const;
   /// What another run with the same cameras can begin with.
@@ -172,6 +178,7 @@ class RightCamera {
  private:
   [[nodiscard]] RectificationResidual geometry(const RightImageState& image) const;
   [[nodiscard]] double delay_s() const { return rectification_.delay().value_or(DelayEstimate{}).seconds; }
+  [[nodiscard]] bool vibrates() const;
   void begin_late_keyframe(std::span<const StereoMeasurement> matches);
   [[nodiscard]] SeenMotion with_exposures(SeenMotion motion) const;
   KeyframeMotion keep(const MotionEvidence& motion, const RectificationResidual& before);
@@ -184,7 +191,12 @@ class RightCamera {
   bool refused_learned_ = false;
   RectificationEstimator rectification_;
   std::vector<MotionEvidence> motions_;  // to the keyframes so far
-  RightImageState image_;                // of the last frame
+  struct NotedFrame {
+    std::size_t position, keyframe;
+    FrameDependence dependence;
+  };
+  std::vector<NotedFrame> frames_;  // between keyframes
+  RightImageState image_;           // of the last frame
   Vibration vibration_;
   std::optional<RigVelocity> measured_velocity_;            // of the motion to the last frame
   Vector6<double> change_per_s_ = Vector6<double>::Zero();  // of it, from the motion before

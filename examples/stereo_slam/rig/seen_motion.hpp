@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include <Eigen/Core>
@@ -51,6 +52,12 @@ struct MotionChange {
   [[nodiscard]] Pose of(const Pose& motion, double share = 1.0) const {
     return motion.boxplus(share * change).renormalized();
   }
+};
+
+/// The same of the pose of a frame relative to its keyframe.
+struct FrameChange {
+  std::size_t position = 0;  ///< number of the frame
+  MotionChange change;
 };
 
 }  // namespace stereo_slam

@@ -76,20 +76,46 @@ std::vector<Pose> KeyframeTrajectory::motions() const {
   return result;
 }
 
-std::vector<KeyframeLink> KeyframeTrajectory::remeasure(const std::vector<MotionChange>& changes) {
-  // The correction grows with the length of the motion: a frame between two keyframes gets its share of it.
-  for (auto& frame : frames_) {
-    if (frame.keyframe == reference()) continue;
+std::vector<Pose> KeyframeTrajectory::relative_poses() const {
+  std::vector<Pose> result;
+  for (const FramePose& frame : frames_) result.push_back(frame.T_keyframe_camera.pose);
+  return result;
+}
+
+/// Corrects the frames between the keyframes, which have their poses before the correction.
+void KeyframeTrajectory::remeasure_frames(const std::vector<MotionChange>& changes,
+                                          const std::vector<FrameChange>& frames) {
+  std::vector<bool> done(frames_.size(), false);
+  for (const KeyframePose& keyframe : keyframes_) done[keyframe.position] = true;  // moves with the keyframe
+  const auto widen = [](FramePose& frame, const Matrix6<double>& covariance) {
+    frame.T_keyframe_camera.covariance += covariance;
+    frame.recorded_covariance += covariance;
+  };
+  for (const auto& [position, change] : frames) {
+    if (done[position] || !change.is_corrected) continue;
+    done[position] = true;
+    FramePose& frame = frames_[position];
+    frame.T_keyframe_camera.pose = change.of(frame.T_keyframe_camera.pose);
+    widen(frame, change.nonlinearity - change.covariance_before);
+    widen(frame, change.covariance);
+  }
+  // The correction grows with the length of the motion: any other frame gets its share of it.
+  for (std::size_t i = 0; i < frames_.size(); ++i) {
+    FramePose& frame = frames_[i];
+    if (done[i] || frame.keyframe == reference()) continue;
     const MotionChange& change = changes[frame.keyframe];
     const double length_m = keyframes_[frame.keyframe + 1].T_previous_keyframe.pose.translation().norm();
     const double part_m = frame.T_keyframe_camera.pose.translation().norm();
     if (part_m == 0.0 || length_m == 0.0) continue;
     const double share = std::min(part_m / length_m, 1.0);
     frame.T_keyframe_camera.pose = change.of(frame.T_keyframe_camera.pose, share);
-    const Matrix6<double> error = share * share * change.nonlinearity;
-    frame.T_keyframe_camera.covariance += error;
-    frame.recorded_covariance += error;
+    widen(frame, share * share * change.nonlinearity);
   }
+}
+
+std::vector<KeyframeLink> KeyframeTrajectory::remeasure(const std::vector<MotionChange>& changes,
+                                                        const std::vector<FrameChange>& frames) {
+  remeasure_frames(changes, frames);
   std::vector<KeyframeLink> changed;
   for (std::size_t id = 1; id < keyframes_.size(); ++id) {
     const MotionChange& change = changes[id - 1];

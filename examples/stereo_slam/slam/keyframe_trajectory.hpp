@@ -40,9 +40,11 @@ class KeyframeTrajectory {
   void correct(const std::vector<LinkedPose>& T_world_keyframe);
 
   /// Corrects the motions from keyframe to keyframe, in order, by what was learned of the rig since they were
-  /// measured. The poses in the world are composed anew from the relative poses, without loop corrections.
-  /// Returns the keyframes whose pose relative to the keyframe before changed, in order.
-  std::vector<KeyframeLink> remeasure(const std::vector<MotionChange>& changes);
+  /// measured, and the frames between them: those of `frames` by their own changes, others by a share. The
+  /// poses in the world are composed anew from the relative poses, without loop corrections. Returns the
+  /// keyframes whose pose relative to the keyframe before changed, in order.
+  std::vector<KeyframeLink> remeasure(const std::vector<MotionChange>& changes,
+                                      const std::vector<FrameChange>& frames = {});
 
   /// Keeps the path in the odometry frame, which no loop corrects, continuous over a relocalisation: the path
   /// goes on from the predicted pose `expected`, not from the measured one, `found`. Both are
@@ -51,6 +53,8 @@ class KeyframeTrajectory {
 
   /// The motions from keyframe to keyframe, in order.
   [[nodiscard]] std::vector<Pose> motions() const;
+  /// The poses of all frames relative to their keyframes.
+  [[nodiscard]] std::vector<Pose> relative_poses() const;
 
   [[nodiscard]] std::size_t frames() const noexcept { return frames_.size(); }
   /// T_keyframe_camera of the last frame.
@@ -94,6 +98,8 @@ class KeyframeTrajectory {
     /// Of the pose relative to the keyframe that was the reference when the frame was recorded.
     Matrix6<double> recorded_covariance = T_keyframe_camera.covariance;
   };
+
+  void remeasure_frames(const std::vector<MotionChange>& changes, const std::vector<FrameChange>& frames);
 
   std::vector<KeyframePose> keyframes_{1};
   std::vector<FramePose> frames_;

@@ -48,9 +48,9 @@ void Path::search_loops(const Keyframe& keyframe, const cv::Mat& left, const Len
                        segment_.localised() ? CorrectionDelay::kUsual : CorrectionDelay::kShort);
 }
 
-void Path::finish(const std::vector<MotionChange>& learned) {
+void Path::finish(const std::vector<MotionChange>& learned, const std::vector<FrameChange>& frames) {
   std::vector<KeyframeLink> links;
-  if (!learned.empty()) links = trajectory_.remeasure(learned);
+  if (!learned.empty()) links = trajectory_.remeasure(learned, frames);
   const auto correction = loops_ ? loops_->finish(links) : std::nullopt;
   if (correction) correct(*correction);
 }

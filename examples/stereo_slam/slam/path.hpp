@@ -46,9 +46,9 @@ class Path {
   /// Replaces the covariances in the result of the last frame by those of the keyframe that it became.
   void report_keyframe(FrameResult& result) const;
 
-  /// After the last frame: corrects the motions between keyframes by what was learned of the rig, if anything
-  /// was, and applies the loop corrections that are still being computed.
-  void finish(const std::vector<MotionChange>& learned);
+  /// After the last frame: corrects the motions between keyframes, and frames between them, by what was
+  /// learned of the rig, if anything was, and applies the loop corrections that are still being computed.
+  void finish(const std::vector<MotionChange>& learned, const std::vector<FrameChange>& frames);
 
   [[nodiscard]] SegmentState& segment() noexcept { return segment_; }
   [[nodiscard]] KeyframeTrajectory& trajectory() noexcept { return trajectory_; }

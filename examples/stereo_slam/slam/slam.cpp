@@ -214,7 +214,12 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   const bool both_images = result.right_image_fits && uses_right_image();
   if (tracked.basis() == PoseBasis::kLandmarks && both_images) noise_.add(tracked.update.variance_ratio);
   result.weak.imu_contradicted = motion_.inertial().given_up();
-  path_.append(reported(tracked), tracked.basis() != PoseBasis::kNothing, calibration_error(), result);
+  PoseGaussian pose = reported(tracked);
+  if (fits_landmarks(tracked) && reference_.has_stereo_depths()) {
+    const SeenMotion motion = seen_motion(tracked.matches, local_map_.view(), pose.pose);
+    pose.covariance += right_camera_.note_frame(path_.frames(), motion);
+  }
+  path_.append(pose, tracked.basis() != PoseBasis::kNothing, calibration_error(), result);
   tracked.report(result);
   if (!tracked.measured() || !extend_map(tracked, images, gap)) return;
   result.is_keyframe = true;
@@ -352,7 +357,10 @@ PoseGaussian Slam::reported(const TrackedPose& tracked) const {
   return pose;
 }
 
-void Slam::finish() { path_.finish(right_camera_.correct(path_.trajectory().motions())); }
+void Slam::finish() {
+  const auto frames = right_camera_.frame_changes(path_.trajectory().relative_poses());
+  path_.finish(right_camera_.correct(path_.trajectory().motions()), frames);
+}
 
 std::optional<InertialSummary> Slam::inertial() const {
   const InertialSummary& summary = motion_.inertial().summary();

@@ -15,7 +15,8 @@ const Pose kDriven = test::car_motion(2.5);
 /// One keyframe of the estimator's life: points measured at its beginning and at its end, with the planted
 /// offset. Returns the effect of the rectification on the motion.
 MotionEvidence drive(RectificationEstimator& estimator, std::mt19937_64& random,
-                     const RectificationResidual& truth, double sigma_px, bool learns = true) {
+                     const RectificationResidual& truth, double sigma_px, bool learns = true,
+                     SeenMotion* seen_motion = nullptr) {
   const StereoCamera camera = test::kitti_camera();
   const Pose& motion = kDriven;
   const auto seen = [&](const StereoPoint& z) {
@@ -50,6 +51,7 @@ MotionEvidence drive(RectificationEstimator& estimator, std::mt19937_64& random,
     }
     constraints.push_back(c);
   }
+  if (seen_motion) *seen_motion = {motion, constraints};
   estimator.add_rows(rows);
   MotionEvidence effect =
       learns ? estimator.add_motion({motion, constraints}) : estimator.consider_motion({motion, constraints});
@@ -240,49 +242,20 @@ TEST_CASE("The error of the scale that all motions share can be left out of thei
   CHECK((estimator.covariance_besides_scale(effect, kDriven) - longer * longer.transpose()).norm() < 1e-12);
 }
 
-/// An estimator that is certain of a disparity offset of `offset_px` everywhere.
-RectificationEstimator certain_of(double offset_px, double sigma_px) {
-  RectificationEstimate estimate;
-  estimate.coefficients(0, 0) = offset_px;
-  estimate.disparity_information /= sigma_px * sigma_px;
-  estimate.disparity_vector[0] = offset_px / (sigma_px * sigma_px);
-  return RectificationEstimator::resumed(test::kitti_camera(), {}, estimate);
-}
-
-TEST_CASE("A motion that was measured with another rectification is corrected to the present one, once",
+TEST_CASE("The dependence of a frame is that of a motion to it, and teaches nothing",
           "[stereo_slam][rectification]") {
-  MotionEvidence motion;  // measured without an offset: a pixel would make the motion 10 cm longer
-  motion.derivative(5, 0) = 0.1;
-  motion.covariance(5, 5) = 0.1 * 0.1 * 0.5 * 0.5;
-  const auto estimator = certain_of(0.3, 0.02);
-  const MotionChange change = estimator.correct(motion, kDriven);
-  CHECK(change.is_corrected);
-  Vector6<double> longer = Vector6<double>::Zero();
-  longer[5] = 0.1 * 0.3;
-  CHECK((change.change - longer).norm() < 1e-12);
-  CHECK(change.of(kDriven).is_approx(kDriven.boxplus(longer), 1e-12));
-  CHECK(change.covariance_before(5, 5) == 0.1 * 0.1 * 0.5 * 0.5);
-  CHECK(change.covariance(5, 5) < change.covariance_before(5, 5) / 100.0);
-  CHECK(change.covariance(5, 5) == Approx(estimator.covariance_of(motion)(5, 5)).epsilon(1e-9));
-  // Again, with the same estimate: nothing is left to correct.
-  const MotionChange again = estimator.correct(motion, change.of(kDriven));
-  CHECK(again.change.norm() < 1e-12);
-  CHECK(again.covariance_before == change.covariance);
-  CHECK(again.covariance.isApprox(change.covariance, 1e-12));
-}
-
-TEST_CASE("A motion that does not depend on the rectification, or was that of a vibrating rig, stays",
-          "[stereo_slam][rectification]") {
-  const auto estimator = certain_of(0.3, 0.02);
-  MotionEvidence independent, vibrating;
-  vibrating.derivative(5, 0) = 0.1;
-  vibrating.vibrates = true;
-  for (MotionEvidence* motion : {&independent, &vibrating}) {
-    const MotionChange change = estimator.correct(*motion, kDriven);
-    CHECK(!change.is_corrected);
-    CHECK(change.change.isZero());
-    CHECK(change.nonlinearity.isZero());
-  }
+  const StereoCamera camera = test::kitti_camera();
+  RectificationEstimator estimator(camera, {});
+  std::mt19937_64 random(5);
+  SeenMotion motion;
+  const MotionEvidence shown = drive(estimator, random, RectificationResidual(camera), 0.1, true, &motion);
+  RectificationEstimator fresh(camera, {});
+  const auto frame = fresh.dependence_of(motion, false);
+  REQUIRE(frame);
+  CHECK((frame->derivative.cast<double>() - shown.derivative).norm() < 1e-5 * shown.derivative.norm());
+  CHECK(fresh.scale_sigma() == 0.0);  // as before the first motion
+  motion.points.resize(29);
+  CHECK_FALSE(fresh.dependence_of(motion, false));
 }
 
 TEST_CASE("What was learned of the same cameras is kept, and of others it is dropped",

@@ -172,6 +172,32 @@ TEST_CASE("Motions are corrected by what was learned of the rig since they were 
       (before[2].pose.inverse() * before[3].pose).is_approx(after[2].pose.inverse() * after[3].pose, 1e-12));
 }
 
+TEST_CASE("A frame between keyframes is corrected by its own change, and a keyframe by that of its motion",
+          "[stereo_slam][slam]") {
+  KeyframeTrajectory trajectory;
+  trajectory.begin(0);
+  trajectory.append({}, true);
+  PoseGaussian between = step(1.0);
+  FrameChange own{1, {.is_corrected = true}};  // sideways, and less certain than before
+  own.change.change[3] = 0.02;
+  own.change.covariance_before(3, 3) = 1e-4;
+  own.change.covariance(3, 3) = 4e-4;
+  between.covariance += own.change.covariance_before;
+  trajectory.append(between, true);
+  trajectory.append(step(2.0), true);
+  trajectory.add_keyframe(2, step(2.0));
+  FrameChange of_keyframe = own;  // noted before the frame became one
+  of_keyframe.position = 2;
+  MotionChange motion{.is_corrected = true};
+  motion.change[5] = 0.03;
+  (void)trajectory.remeasure({motion}, {own, of_keyframe});
+  const auto after = trajectory.poses(0.0);
+  CHECK(after[1].pose.is_approx(between.pose.boxplus(own.change.change), 1e-12));
+  CHECK(after[2].pose.is_approx(step(2.0).pose.boxplus(motion.change), 1e-12));
+  const double variance = step(1.0).covariance(3, 3) + 4e-4;
+  CHECK(trajectory.relative_covariances()[1](3, 3) == Approx(variance).epsilon(1e-9));
+}
+
 TEST_CASE("Motions of which nothing was learned stay as they are", "[stereo_slam][slam]") {
   auto trajectory = drive();
   const auto before = trajectory.poses(0.0);
