@@ -39,6 +39,12 @@ constexpr std::size_t kLongestWindow = 8;  // motions
   return widened(estimate, turn);
 }
 
+/// The evidence for coefficients that are larger by `change`.
+[[nodiscard]] Evidence shifted(Evidence evidence, const Coefficients& change) {
+  evidence.vector += evidence.information * change;
+  return evidence;
+}
+
 /// Root mean square over a row of the image.
 [[nodiscard]] double rms_px(const Coefficients& change) {
   const double constant = change[kUnseenTerms[0]], square = change[kUnseenTerms[1]];
@@ -93,7 +99,8 @@ void CameraErrors::check_learned(const std::optional<Turn>& turn) {
   has_lens_error_ = has_large_error_ = false;
 }
 
-bool CameraErrors::add(const Evidence& motion) {
+bool CameraErrors::add(const Evidence& shown) {
+  const Evidence motion = shifted(shown, -origin_);
   everything_ = everything_ + motion;
   check_learned({});
   ++motions_;
@@ -107,8 +114,9 @@ bool CameraErrors::add(const Evidence& motion) {
   }
   if (turn) {
     const bool is_new = !was_so_from_start(*turn);
-    if (is_new) periods_.push_back({motions_ - turn->motions, turn->before, turn->change_px});
-    begin_again(turn->after);
+    if (is_new)
+      periods_.push_back({motions_ - turn->motions, shifted(turn->before, origin_), turn->change_px});
+    begin_again(shifted(turn->after, origin_));
     return is_new;
   }
   has_large_error_ = has_large_error_ || shows_large_error(everything_);
@@ -120,7 +128,7 @@ bool CameraErrors::add(const Evidence& motion) {
 }
 
 void CameraErrors::add_without_turn(const Evidence& motion) {
-  everything_ = everything_ + motion;
+  everything_ = everything_ + shifted(motion, -origin_);
   ++motions_;
   ++motions_since_begin_;
   recent_.clear();
@@ -133,16 +141,13 @@ void CameraErrors::forget(double displacement_px) {
 }
 
 void CameraErrors::shift(const Coefficients& change) {
-  Evidence now = estimate();
-  now.vector += now.information * change;
-  periods_.push_back({motions_, estimate(), change});
-  begin_again(now);
+  periods_.push_back({motions_, estimate(), Coefficients::Zero()});
+  origin_ += change;
+  begun_with_ += change;
 }
 
 void CameraErrors::begin_with(const Coefficients& error, const Information& covariance) {
-  Evidence now = estimate();
-  now.vector += now.information * error;
-  begin_again(now);
+  begin_again(shifted(estimate(), error));
   diffuse(covariance);
 }
 
@@ -170,6 +175,7 @@ std::optional<CameraErrors::Turn> CameraErrors::find_turn() const {
 /// Goes on from an estimate as if it were the prior.
 void CameraErrors::begin_again(const Evidence& estimate) {
   everything_ = estimate;
+  origin_.setZero();
   everything_.information.diagonal() -= large_error_prior_ - widest_prior_;
   if (learned_) learned_ = everything_;  // the motions from now on may contradict it still
   begun_with_ = estimate.mean();
@@ -221,6 +227,12 @@ Evidence CameraErrors::with_prior(const Evidence& everything, bool has_large_err
   Evidence result = everything;
   result.information.diagonal() += (has_large_error ? large_error_prior_ : usual_prior_) - widest_prior_;
   return result;
+}
+
+Evidence CameraErrors::everything() const { return shifted(everything_, origin_); }
+
+Evidence CameraErrors::estimate() const {
+  return shifted(with_prior(everything_, has_large_error_), origin_);
 }
 
 const CameraErrors::Period* CameraErrors::period_of(std::size_t motion) const {

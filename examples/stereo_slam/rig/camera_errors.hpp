@@ -60,7 +60,7 @@ class CameraErrors {
   explicit CameraErrors(double widest_sigma_px);
 
   /// Everything added so far and the widest prior.
-  [[nodiscard]] const Evidence& everything() const noexcept { return everything_; }
+  [[nodiscard]] Evidence everything() const;
   /// Resumes from everything() of another one with the same widest prior, whose errors have drifted since by
   /// one with the covariance `drift`, px^2. Call expect() before. What the other one learned is dropped once
   /// the motions are likelier without it.
@@ -82,7 +82,7 @@ class CameraErrors {
   /// the estimate of now.
   void forget(double displacement_px);
 
-  /// The coefficients have changed by this, px: a large error, from then on.
+  /// The coefficients have changed by this, px, and go on with the uncertainty that they had.
   void shift(const Coefficients& change);
 
   /// Begins with a large error, which is known with this covariance, px and px^2.
@@ -92,9 +92,9 @@ class CameraErrors {
   void diffuse(const Information& covariance) { everything_ = widened(everything_, covariance); }
 
   /// Whether it contains an error that is larger than the rows suggest.
-  [[nodiscard]] bool has_large_error() const noexcept { return has_large_error_; }
+  [[nodiscard]] bool has_large_error() const noexcept { return has_large_error_ || !origin_.isZero(0.0); }
   /// The estimate now.
-  [[nodiscard]] Evidence estimate() const { return with_prior(everything_, has_large_error_); }
+  [[nodiscard]] Evidence estimate() const;
 
   /// The period of a motion, by the number of those before it; null for the present period.
   [[nodiscard]] const Period* period_of(std::size_t motion) const;
@@ -119,8 +119,9 @@ class CameraErrors {
   [[nodiscard]] Evidence with_prior(const Evidence& everything, bool has_large_error) const;
   void begin_again(const Evidence& estimate);
 
-  Evidence everything_;
-  std::optional<Evidence> learned_;  // by another one, from which this one resumed
+  Evidence everything_;                         // of the coefficients less `origin_`
+  Coefficients origin_ = Coefficients::Zero();  // px
+  std::optional<Evidence> learned_;             // by another one, from which this one resumed
   bool dropped_learned_ = false;
   Coefficients widest_prior_, usual_prior_, large_error_prior_;  // information, 1/px^2
   bool has_large_error_ = false;

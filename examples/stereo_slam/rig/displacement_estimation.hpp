@@ -38,9 +38,9 @@ struct DisplacementEstimate {
       Eigen::Matrix<double, 6, ImageDisplacement::kTerms>::Zero();
   int agreeing = 0;  ///< points within three standard deviations in the disparity, and in the row
 
-  /// Covariance of a pose measured with this displacement, due to the uncertainty of the latter.
-  [[nodiscard]] Matrix6<double> pose_covariance() const {
-    return pose_by_displacement * covariance * pose_by_displacement.transpose();
+  /// Covariance of a pose measured with a displacement, due to the covariance of that.
+  [[nodiscard]] Matrix6<double> pose_covariance(const ImageDisplacement::Covariance& of_displacement) const {
+    return pose_by_displacement * of_displacement * pose_by_displacement.transpose();
   }
 };
 

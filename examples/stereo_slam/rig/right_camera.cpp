@@ -31,12 +31,26 @@ RectificationResidual RightCamera::geometry(const RightImageState& image) const 
   return is_late() && image.late ? at_once.late(image.late->in(delay_s())) : at_once;
 }
 
+RightImageState RightCamera::next_image(bool has_right) const {
+  RightImageState next{.monitor = image_.monitor, .late = image_.late};
+  next.monitor.begin_frame(has_right);
+  if (is_late()) return next;
+  next.displacement = vibration_.held().displacement;
+  next.covariance = vibration_.held().covariance;
+  return next;
+}
+
 void RightCamera::take(const RightImageState& image, const std::optional<DisplacementEstimate>& left) {
   image_ = image;
   if (is_late()) return;  // displacements by the velocity tell nothing of the rig
   const bool vibrated = vibration_.present();
-  if (!image.displacement.isZero(0.0) && !vibrated) vibration_.begin();
-  if (left) vibration_.add(image.displacement + left->change);
+  const RightImageState shown = left ? displaced(image, *left) : image;
+  if (!vibrated && !expects(image))
+    vibration_.jump(shown.displacement, shown.covariance);
+  else if (left) {
+    vibration_.add(shown.displacement);
+    vibration_.measure_held(shown.displacement, shown.covariance);
+  }
   if (!vibrated && vibration_.present()) rectification_.forget_disparity_offset(image.displacement.norm());
 }
 
@@ -237,7 +251,9 @@ KeyframeMotion RightCamera::refine(const SeenMotion& by_landmarks, const SeenMot
   if (!settings_.enabled) return {};
   const RectificationResidual before = geometry(image_);
   const SeenMotion motion = with_exposures(by_landmarks);
-  MotionEvidence shown = vibrates() ? rectification_.add_motion_of_vibrating_rig(motion, image_.covariance)
+  const ImageDisplacement::Covariance& held = vibration_.held().covariance;
+  MotionEvidence shown = vibrates() ? rectification_.add_motion_of_vibrating_rig(
+                                          motion, held.isZero(0.0) ? image_.covariance : held)
                                     : rectification_.add_motion(motion);
   if (shown.derivative.isZero(0.0)) {
     shown = rectification_.consider_motion(by_odometry);
@@ -246,9 +262,10 @@ KeyframeMotion RightCamera::refine(const SeenMotion& by_landmarks, const SeenMot
   if (const auto rest = vibration_.rest()) {
     rectification_.shift(*rest);
     image_.displacement -= *rest;
-    vibration_ = {};
+    vibration_.settle();
     came_to_rest_ = true;
   }
+  vibration_.begin_keyframe();
   rectification_.advance();
   if (rectification_.noticed_turn()) image_.monitor.distrust();
   return keep(shown, before);
@@ -280,10 +297,9 @@ std::vector<FrameChange> RightCamera::frame_changes(const std::vector<Pose>& T_k
   return changes;
 }
 
-/// Whether the last right image was displaced against that of the keyframe by more than can be left out.
+/// Whether the last right image was displaced against that of the keyframe.
 bool RightCamera::vibrates() const {
-  constexpr double kRigid_px2 = 0.05 * 0.05;  // variance of a displacement that is left out
-  return !is_late() && (vibration_.present() || image_.covariance(0, 0) > kRigid_px2);
+  return !is_late() && (vibration_.present() || !image_.covariance.isZero(0.0));
 }
 
 RigSummary RightCamera::summary() const {

@@ -70,12 +70,8 @@ class RightCamera {
   [[nodiscard]] LensResidual lens() const { return rectification_.current().lens(); }
   /// What measures points without right images.
   [[nodiscard]] LeftCamera left_camera() const { return {camera_, lens(), rectification_.lens_covariance()}; }
-  /// The right image of the next frame, about which nothing is known yet.
-  [[nodiscard]] RightImageState next_image(bool has_right) const {
-    RightImageState next{.monitor = image_.monitor, .late = image_.late};
-    next.monitor.begin_frame(has_right);
-    return next;
-  }
+  /// The right image of the next frame, of which nothing is measured yet.
+  [[nodiscard]] RightImageState next_image(bool has_right) const;
   /// Whether the right image of the frame is left out, judged by the points searched so far.
   [[nodiscard]] bool is_ignored() const { return image_.is_ignored(); }
   /// Whether the points of the frame fit, or nothing is known: see RightImageMonitor.
@@ -86,6 +82,15 @@ class RightCamera {
   /// Whether the right images of frames may be displaced: the rig vibrates, or they are late, and the
   /// velocity at their exposure is not exactly known.
   [[nodiscard]] bool may_be_displaced() const { return vibration_.present() || is_late(); }
+  /// Whether a right image has the displacement that next_image() expected.
+  [[nodiscard]] bool expects(const RightImageState& image) const {
+    return image.displacement == vibration_.held().displacement;
+  }
+  /// Whether that displacement is still to be measured: it jumped after the last keyframe.
+  [[nodiscard]] bool measures_jump() const { return !vibration_.held().covariance.isZero(0.0); }
+  /// Whether the right image of the last frame is displaced against where it was expected: its displacement
+  /// is measured in this frame.
+  [[nodiscard]] bool is_displaced() const { return may_be_displaced() || vibration_.has_jumped(); }
   /// Whether the displacement that the landmarks of a frame show is too large for the rig as it was so far: a
   /// knock, or the first frame of a vibration.
   [[nodiscard]] bool is_surprised_by(const DisplacementEstimate& shown) const {

@@ -137,14 +137,16 @@ void Slam::find_first_displacement(const FrameImages& images) {
   local_map_.remeasure(*change);
 }
 
-/// Takes the displacement of the right image that the landmarks show, and returns the covariance that its
-/// uncertainty adds to a pose that they measure.
+/// Takes the displacement of the right image that the landmarks show, if it is not known from the frames
+/// before, and returns the covariance that its uncertainty adds to a pose that they measure.
 Matrix6<double> Slam::correct_displacement(FrameMeasurement& measured) {
-  if (!measured.displacement_left || !right_camera_.may_be_displaced()) return Matrix6<double>::Zero();
+  if (!measured.displacement_left) return Matrix6<double>::Zero();
+  if (!right_camera_.is_displaced())
+    return measured.displacement_left->pose_covariance(measured.right.covariance);
   const Remeasurement change = right_camera_.displace(*measured.displacement_left);
   tracks_.remeasure(change);
   for (auto& match : measured.matches) match.z = change.of(match.left_px, match.z);
-  return measured.displacement_left->pose_covariance();
+  return measured.displacement_left->pose_covariance(measured.displacement_left->covariance);
 }
 
 TrackedPose Slam::update(FrameMeasurement measured, std::int64_t stamp_ns) {

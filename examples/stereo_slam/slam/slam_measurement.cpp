@@ -119,7 +119,8 @@ FrameMeasurement Slam::measure(const FrameImages& images, const RightImageState&
   FrameMeasurement measured = begin_measurement(right, displacement);
   measure_motion(images, measured);  // u_k, eq. 11
   if (displacement && measured.odometry.valid)
-    measured.odometry.T_previous_current.covariance += displacement->pose_covariance();
+    measured.odometry.T_previous_current.covariance +=
+        displacement->pose_covariance(displacement->covariance);
   see_with_velocity(images, measured);
   clock.lap("odometry");
   predict(images.frame.stamp_ns, measured);  // eqs. 5-7
@@ -266,12 +267,12 @@ std::optional<DisplacementEstimate> Slam::displacement_of(const FrameImages& ima
       .mean = -measured.right.displacement,
       .information = ImageDisplacement::Covariance::Identity() / (kUnknown_px * kUnknown_px)};
   if (displaced) known = right_camera_.displacement_prior(measured.right);
+  const bool all = displaced || right_camera_.measures_jump();
   known.pose_information = solve_symmetric(prior.covariance, Matrix6<double>::Identity());
   const StereoView view = right_camera_.view_of(images.frame, measured.right);
-  return estimate_displacement(
-      displacement_constraints(measured.matches, local_map_.view(), view, prior.pose,
-                               displaced ? measured.matches.size() : kEnoughToNotice),
-      known);
+  return estimate_displacement(displacement_constraints(measured.matches, local_map_.view(), view, prior.pose,
+                                                        all ? measured.matches.size() : kEnoughToNotice),
+                               known);
 }
 
 }  // namespace stereo_slam

@@ -166,6 +166,24 @@ TEST_CASE("What motions showed before the right camera moved stays with them",
   CHECK_FALSE(estimate.period_of(kBefore));
 }
 
+TEST_CASE("After a shift the estimate goes on with what was known", "[stereo_slam][rectification]") {
+  const Basis small = offset(0.05, 0.0), change = offset(3.0, 1.0);
+  CameraErrors shifted = exact_calibration(), still = exact_calibration();
+  Motions with_shift, without;
+  CHECK_FALSE(drive(shifted, with_shift, small, 20));
+  CHECK_FALSE(drive(still, without, small, 20));
+  shifted.shift(change);
+  CHECK(shifted.has_large_error());
+  CHECK_FALSE(drive(shifted, with_shift, small + change, 40));
+  CHECK_FALSE(drive(still, without, small, 40));
+  CHECK((shifted.estimate().mean() - still.estimate().mean() - change).norm() < 1e-9);
+  CHECK(shifted.estimate().information.isApprox(still.estimate().information, 1e-12));
+  const auto* period = shifted.period_of(19);
+  REQUIRE(period);
+  CHECK(period->turn_px.isZero(0.0));  // it is known when it was
+  CHECK_FALSE(shifted.period_of(20));
+}
+
 TEST_CASE("A shift moves the estimate, and diffusion widens it by its covariance",
           "[stereo_slam][rectification]") {
   CameraErrors estimate = exact_calibration();

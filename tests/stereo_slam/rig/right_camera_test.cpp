@@ -156,6 +156,34 @@ TEST_CASE("The displacement of a late right image is a rotation until its exposu
   CHECK((prior.mean + shown.change).norm() < 1e-9);
 }
 
+TEST_CASE("A knocked right camera is expected where it was knocked to", "[stereo_slam][rig]") {
+  RightCamera right(test::kitti_camera(), {});
+  DisplacementEstimate shown;
+  shown.covariance *= 0.02 * 0.02;
+  for (int frame = 0; frame < 30; ++frame) right.take(right.next_image(true), shown);
+  CHECK_FALSE(right.is_displaced());
+  RightImageState knocked = right.next_image(true);
+  knocked.displacement[0] = 1.5;
+  right.take(knocked, shown);
+  CHECK(right.is_displaced());
+  CHECK_FALSE(right.may_be_displaced());
+  const RightImageState next = right.next_image(true);
+  CHECK(next.displacement == knocked.displacement);
+  CHECK(next.covariance(0, 0) == Approx(0.02 * 0.02));
+  right.take(next, shown);
+  CHECK_FALSE(right.is_displaced());
+  CHECK(right.measures_jump());
+}
+
+TEST_CASE("A rig that is knocked at its start vibrates", "[stereo_slam][rig]") {
+  RightCamera right(test::kitti_camera(), {});
+  RightImageState knocked = right.next_image(true);
+  knocked.displacement[0] = 1.5;
+  right.take(knocked, std::nullopt);
+  CHECK(right.may_be_displaced());
+  CHECK(right.next_image(true).displacement.isZero(0.0));
+}
+
 TEST_CASE("Exposures of synchronous images are exact", "[stereo_slam][rig]") {
   const RightCamera right(test::kitti_camera(), {});
   CHECK(right.exposure_covariance({}).isZero(0.0));

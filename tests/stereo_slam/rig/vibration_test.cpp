@@ -60,10 +60,78 @@ TEST_CASE("Only the displacements that are seen well can surprise", "[stereo_sla
   CHECK_FALSE(Vibration().is_surprised_by(shown));
 }
 
+ImageDisplacement::Coefficients along_rows(double px) {
+  ImageDisplacement::Coefficients displacement = ImageDisplacement::Coefficients::Zero();
+  displacement[0] = px;
+  return displacement;
+}
+
+const ImageDisplacement::Covariance kNoise = 0.05 * 0.05 * ImageDisplacement::Covariance::Identity();
+
+TEST_CASE("A jump of a rig that was rigid for twenty frames is held, and one of another rig is a vibration",
+          "[stereo_slam][slam]") {
+  Vibration vibration;
+  const int frames = GENERATE(0, 18, 19, 100);  // before the jump; the first one is that of the start
+  for (int i = 0; i < frames; ++i) vibration.add(along_rows(0.0));
+  vibration.jump(along_rows(1.0), kNoise);
+  CHECK(vibration.present() == (frames < 19));
+  CHECK(vibration.held().displacement == along_rows(vibration.present() ? 0.0 : 1.0));
+  CHECK(vibration.has_jumped() != vibration.present());
+}
+
+TEST_CASE("A second jump within twenty frames is a vibration", "[stereo_slam][slam]") {
+  Vibration vibration;
+  for (int i = 0; i < 30; ++i) vibration.add(along_rows(0.0));
+  vibration.jump(along_rows(1.0), kNoise);
+  vibration.add(along_rows(1.02));
+  vibration.jump(along_rows(-0.5), kNoise);
+  CHECK(vibration.present());
+  CHECK(vibration.held().displacement.isZero(0.0));
+}
+
+TEST_CASE("A displacement that is held is the mean of those after the jump until a keyframe is taken",
+          "[stereo_slam][slam]") {
+  Vibration vibration;
+  for (int i = 0; i < 30; ++i) vibration.add(along_rows(0.0));
+  vibration.jump(along_rows(1.0), kNoise);
+  CHECK(vibration.held().covariance.isApprox(kNoise));
+  vibration.measure_held(along_rows(1.1), kNoise);
+  CHECK((vibration.held().displacement - along_rows(1.05)).norm() < 1e-9);
+  CHECK(vibration.held().covariance.isApprox(0.5 * kNoise));
+  vibration.begin_keyframe();
+  vibration.measure_held(along_rows(2.0), kNoise);
+  CHECK((vibration.held().displacement - along_rows(1.05)).norm() < 1e-9);
+}
+
+TEST_CASE("A jump of a rig whose displacements vary is less certain by their mean square",
+          "[stereo_slam][slam]") {
+  Vibration vibration;
+  for (int i = 0; i < 200; ++i) vibration.add(along_rows(i % 2 == 0 ? 0.1 : -0.1));
+  vibration.jump(along_rows(1.0), kNoise);
+  CHECK(vibration.held().covariance(0, 0) == Approx(0.05 * 0.05 + 0.1 * 0.1).epsilon(0.01));
+  CHECK(vibration.held().covariance(1, 1) == Approx(0.05 * 0.05));
+}
+
+TEST_CASE("A right image has come to rest in the frame after a jump, and settles there",
+          "[stereo_slam][slam]") {
+  Vibration vibration;
+  for (int i = 0; i < 30; ++i) vibration.add(along_rows(0.0));
+  CHECK_FALSE(vibration.rest());
+  vibration.jump(along_rows(1.0), kNoise);
+  CHECK_FALSE(vibration.rest());
+  vibration.add(along_rows(1.02));
+  REQUIRE(vibration.rest());
+  CHECK(*vibration.rest() == along_rows(1.0));
+  vibration.settle();
+  CHECK_FALSE(vibration.rest());
+  CHECK(vibration.held().displacement.isZero(0.0));
+  CHECK(vibration.mean_square_px2().maxCoeff() < 0.01 * 0.01);
+}
+
 TEST_CASE("A right image that comes back to its place has not been turned", "[stereo_slam][slam]") {
   Vibration vibration;
-  vibration.begin();
-  for (int i = 0; i < 40; ++i) vibration.add(ImageDisplacement::Coefficients::Constant(0.1));
+  vibration.jump(ImageDisplacement::Coefficients::Zero(), kNoise);
+  for (int i = 0; i < 39; ++i) vibration.add(ImageDisplacement::Coefficients::Constant(0.1));
   CHECK(vibration.present());
   for (int i = 0; i < 60; ++i) {
     vibration.add(ImageDisplacement::Coefficients::Constant(0.1));
@@ -74,7 +142,7 @@ TEST_CASE("A right image that comes back to its place has not been turned", "[st
 
 TEST_CASE("A right image that rests at another place has been turned", "[stereo_slam][slam]") {
   Vibration vibration;
-  vibration.begin();
+  vibration.jump(ImageDisplacement::Coefficients::Zero(), kNoise);
   ImageDisplacement::Coefficients displacement = ImageDisplacement::Coefficients::Zero();
   displacement[0] = 2.0;
   for (int i = 0; i < 59; ++i) vibration.add(displacement);
