@@ -79,8 +79,9 @@ class StereoSlam {
   /// Images have 8 or 16 bits and 1, 3 (BGR) or 4 (BGRA) channels, and may be reused by the caller at once.
   /// If the right camera delivered nothing, `right` may be empty (cv::Mat()) in all pairs but the first: then
   /// the left image alone is tracked.
-  /// Throws std::invalid_argument, and changes nothing, for images of another size or type, or a stamp that
-  /// is not later than the one before.
+  /// Throws std::invalid_argument, and changes nothing, for images of another size or type, for first images
+  /// without the principal point of a camera that has no size, or for a stamp that is not later than the one
+  /// before.
   FrameResult process(const cv::Mat& left, const cv::Mat& right, std::int64_t stamp_ns);
 
   /// The same with the samples of an IMU since the frame before, which predict the motion: in order, with

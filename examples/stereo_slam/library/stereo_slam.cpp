@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "stereo_slam/calibration/calibration_file.hpp"
+#include "stereo_slam/calibration/camera_values.hpp"
 #include "stereo_slam/calibration/rectifier.hpp"
 #include "stereo_slam/images/grey_image.hpp"
 #include "stereo_slam/results/learned_cameras.hpp"
@@ -97,9 +98,11 @@ struct StereoSlam::State {
   /// Begins with the sizes of the first images.
   void take_sizes(const cv::Size& left, const cv::Size& right) {
     if (raw) return use(rig_for(*raw, left, right));
-    camera.width_px = left.width;
-    camera.height_px = left.height;
-    begin_if_sized();
+    StereoCamera sized = camera;
+    sized.width_px = left.width;
+    sized.height_px = left.height;
+    require_valid(sized);
+    use(sized);
   }
 
   void require_sizes(const cv::Size& left, const cv::Size& right) const {
@@ -136,17 +139,14 @@ struct StereoSlam::State {
 
 StereoSlam::StereoSlam(const StereoCamera& camera, const SlamOptions& options) {
   check_alignment(options);
-  if (!(camera.fx > 0.0 && camera.fy > 0.0 && camera.baseline_m > 0.0)) {
-    throw std::invalid_argument(
-        fmt::format("the camera has focal lengths {} and {} px and a baseline of {} m; all must be positive",
-                    camera.fx, camera.fy, camera.baseline_m));
-  }
+  require_valid(camera);
   state_ = std::make_unique<State>(options);
   state_->use(camera);
 }
 
 StereoSlam::StereoSlam(const StereoRig& rig, const SlamOptions& options) {
   check_alignment(options);
+  require_valid(rig);
   state_ = std::make_unique<State>(options);
   OwnCamera own;
   own.rig = rig;
