@@ -141,11 +141,13 @@ struct SpeedErrors {
   constexpr double kClear = 3.0;
   constexpr double kLeastError = 0.02;
   constexpr double kNoWorse = 1.1;
+  constexpr double kSameMotion = 0.2;  // another part of a path with even bends differs by .3
   const auto better = [&](double now, double before) {
     return before > kLeastError && kClear * now < before;
   };
   const auto no_worse = [&](double now, double before) { return now <= std::max(1e-3, kNoWorse * before); };
-  return (better(fit.turns, as_given.turns) || better(fit.lengths, as_given.lengths)) &&
+  return fit.larger() < kSameMotion &&
+         (better(fit.turns, as_given.turns) || better(fit.lengths, as_given.lengths)) &&
          no_worse(fit.turns, as_given.turns) && no_worse(fit.lengths, as_given.lengths);
 }
 

@@ -22,7 +22,8 @@ struct ClockOffset {
 /// Compares how fast both trajectories turn and move, which no frame of reference changes, with all offsets
 /// under which half of the shorter one overlaps, up to 2000 steps: of the time between two poses, or of a
 /// 2000th of the estimate, whichever is longer. Nothing unless one fits clearly better than none: three times
-/// as well in rotation or translation, and in neither worse. Without stamps it is a whole number of frames.
+/// as well in rotation or translation, in neither worse, and to a fifth of the speeds. Without stamps it is a
+/// whole number of frames.
 [[nodiscard]] std::optional<ClockOffset> find_clock_offset(const Trajectory& truth,
                                                            const Trajectory& estimate);
 
