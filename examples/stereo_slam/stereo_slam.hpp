@@ -50,8 +50,8 @@ struct FramePose {
 };
 
 /// Stereo visual SLAM: image pairs in, poses with covariances out. The world's origin is the camera's first
-/// pose; "camera" is the rectified left camera, axes x right, y down, z forward. Calls must not overlap;
-/// different objects are independent of each other.
+/// pose; "camera" is the rectified left camera, axes x right, y down, z forward. Calls of several threads on
+/// one object wait for each other; different objects are independent.
 ///
 /// Every constructor throws std::invalid_argument or std::runtime_error, with one line that names file or
 /// value, for a calibration, a setting or a map that cannot be used.

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/stereo_slam.hpp"
 
+#include <algorithm>
+#include <atomic>
 #include <limits>
+#include <thread>
 #include <utility>
 
 #include "stereo_slam/dataset/sequence.hpp"
@@ -180,6 +183,30 @@ TEST_CASE("Raw cameras that no images can be of are refused with their values", 
   CHECK_THAT(
       refused([&](auto& rig) { rig.T_body_left = Eigen::Isometry3d(Eigen::Translation3d(0, kNan, 0)); }),
       Catch::Contains("T_body_left has the translation"));
+}
+
+TEST_CASE("Another thread may ask for results while frames are processed", "[library][threads]") {
+  StereoSlam slam(kTinyCamera);
+  constexpr std::size_t kFrames = 6;
+  std::atomic<bool> done = false;
+  std::size_t most = 0;
+  std::jthread reader([&] {
+    while (!done) {
+      const auto frames = slam.trajectory();
+      most = std::max(most, frames.size());
+      (void)slam.map_points();
+      (void)slam.keyframes();
+    }
+  });
+  for (std::size_t i = 0; i < kFrames; ++i) {
+    const auto [left, right] = tiny_images(static_cast<int>(i));
+    (void)slam.process(left, right, static_cast<std::int64_t>(i) * kPeriod_ns);
+  }
+  slam.finish();
+  done = true;
+  reader.join();
+  CHECK(most <= kFrames);
+  CHECK(slam.trajectory().size() == kFrames);
 }
 
 TEST_CASE("Options that cannot be used are refused with their name", "[library]") {
