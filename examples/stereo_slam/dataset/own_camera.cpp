@@ -92,7 +92,7 @@ void set_stamps(const OwnCamera& own, const fs::path& calibration, const KnownTi
 
 /// The path of a source. A name without extension is a folder or else the only video of that name.
 fs::path find_source(const fs::path& parent, const std::string& name) {
-  const fs::path source = parent / name;
+  fs::path source = parent / name;
   std::error_code error;  // as of a pipeline that is too long for a name
   if (fs::exists(source, error)) return source;
   return is_live(name) ? fs::path(name) : find_video(source);

@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::ptrdiff_t kMostSteps = 2000;  // of the estimate, and of an offset
 
-/// Poses at any time between the first and the last one.
+/// Poses at any time between the first and the last one of a trajectory, which must outlive it.
 class Timeline {
  public:
   /// Times count from `origin_ns`, in s; without stamps they are numbers of frames.
@@ -66,7 +66,7 @@ class Timeline {
   }
 
   std::vector<double> times_;
-  std::vector<Eigen::Isometry3d> poses_;
+  std::span<const Eigen::Isometry3d> poses_;
 };
 
 /// How far a trajectory turns and moves in each of equal steps of time.
@@ -156,7 +156,8 @@ class Comparison {
  public:
   Comparison(const Timeline& truth, const Timeline& estimate) : truth_(truth), estimate_(estimate) {
     const double duration = estimate.end() - estimate.begin();
-    step_ = std::max({truth.interval(), estimate.interval(), duration / static_cast<double>(kMostSteps)});
+    interval_ = std::max(truth.interval(), estimate.interval());
+    step_ = std::max(interval_, duration / static_cast<double>(kMostSteps));
     steps_ = static_cast<std::ptrdiff_t>(std::floor(duration / step_ + 1e-6));
     fewest_ = static_cast<std::ptrdiff_t>(0.5 * std::min(duration, truth.end() - truth.begin()) / step_);
     estimate_speeds_ = speeds_of(estimate, estimate.begin(), step_, 0, steps_);
@@ -200,9 +201,9 @@ class Comparison {
     return best;
   }
 
-  /// The best one within a step, to a hundredth of it.
+  /// The best one within a step, to a hundredth of the time between two poses.
   [[nodiscard]] double refined(double shift) const {
-    for (const double finer : {0.1 * step_, 0.01 * step_}) {
+    for (double finer = 0.1 * step_; finer > 0.005 * interval_; finer *= 0.1) {
       double best = shift, least = std::numeric_limits<double>::infinity();
       for (int k = -10; k <= 10; ++k) {
         const auto tried = errors(shift + k * finer);
@@ -227,6 +228,7 @@ class Comparison {
 
   const Timeline& truth_;
   const Timeline& estimate_;
+  double interval_ = 0.0;
   double step_ = 0.0;
   std::ptrdiff_t steps_ = 0;
   std::ptrdiff_t fewest_ = 0;

@@ -112,3 +112,9 @@ TEST_CASE("Stamps that are all the same, and those centuries apart, have no offs
   CHECK_FALSE(find_clock_offset(recorded(0, 40, 20), same));
   CHECK_FALSE(find_clock_offset(recorded(-3e9, -3e9 + 20, 20), recorded(0, 20, 20, 3e9)));
 }
+
+TEST_CASE("The offset of a long recording is as exact as that of a short one", "[clock_offset]") {
+  const auto offset = find_clock_offset(recorded(0, 1000, 20), recorded(0, 1000, 20, 0.3));
+  REQUIRE(offset);
+  CHECK(std::abs(offset->later - 0.3) < 0.01 / 20.0);
+}
