@@ -81,6 +81,13 @@ void check_view(SequenceScan& scan) {
   return intervals_s;
 }
 
+/// The median, the lower of the two middle values. A pause of the recording does not change it.
+[[nodiscard]] double usual_interval_s(std::vector<double> intervals_s) {
+  const auto middle = intervals_s.begin() + static_cast<std::ptrdiff_t>((intervals_s.size() - 1) / 2);
+  std::nth_element(intervals_s.begin(), middle, intervals_s.end());
+  return *middle;
+}
+
 /// Warns about times between frames that differ as those of images that were stamped on arrival.
 [[nodiscard]] bool warn_of_uneven_stamps(SequenceScan& scan, const std::vector<double>& intervals_s) {
   constexpr std::size_t kFewest = 12;
@@ -172,7 +179,7 @@ void check_frame_rate(SequenceScan& scan) {
   if (scan.sequence.live || frames.size() < 2) return;
   const std::vector<double> all_s = frame_intervals_s(frames);
   if (warn_of_uneven_stamps(scan, all_s)) return;
-  const double interval_s = quantile(all_s, 0.5);  // a pause of the recording does not change it
+  const double interval_s = usual_interval_s(all_s);
   if (!(interval_s > 0.0) || (interval_s >= 1.0 / kFastest_hz && interval_s <= 1.0 / kSlowest_hz)) return;
   scan.warn(scan.sequence.folder,
             "its stamps are {:.3g} s apart, {:.4g} frames per second; check their unit (those in times.txt "
