@@ -28,19 +28,42 @@ namespace {
 using Pose = DualQuaternion<double>;
 using Density = PoseGaussian<double>;
 using Fusion = PoseFusion<Density>;
-using Matrix4 = Matrix<double, 4>;
+using PoseMatrix = Matrix<double, 4>;
 using P6 = Matrix6<double>;
 /// Numbers of a message of ROS, row by row.
 using Rows6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
 
-[[nodiscard]] Pose pose_of(const Matrix4& T) {
+[[nodiscard]] Pose pose_of(const PoseMatrix& T) {
   if (T.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
     throw std::invalid_argument("the last row of a pose is not 0 0 0 1");
   return Pose::from_matrix(Matrix3<double>(T.topLeftCorner<3, 3>()),
                            Vector3<double>(T.topRightCorner<3, 1>()));
 }
 
-[[nodiscard]] Matrix4 matrix_of(const Pose& pose) { return pose.isometry().matrix(); }
+}  // namespace
+
+/// A 4x4 array is taken where a pose is asked for. Unlike with py::implicitly_convertible, one that is no
+/// pose raises the error that says why.
+template <>
+class pybind11::detail::type_caster<Pose> : public pybind11::detail::type_caster_base<Pose> {
+ public:
+  bool load(py::handle source, bool convert) {
+    if (type_caster_base<Pose>::load(source, convert)) return true;
+    if (!convert || !py::isinstance<py::array>(source)) return false;
+    make_caster<PoseMatrix> matrix;
+    if (!matrix.load(source, true)) return false;
+    of_matrix_ = pose_of(cast_op<const PoseMatrix&>(matrix));
+    value = &of_matrix_;
+    return true;
+  }
+
+ private:
+  Pose of_matrix_;
+};
+
+namespace {
+
+[[nodiscard]] PoseMatrix matrix_of(const Pose& pose) { return pose.isometry().matrix(); }
 
 [[nodiscard]] P6 or_zero(const std::optional<P6>& cross) { return cross.value_or(P6::Zero()); }
 
@@ -110,7 +133,6 @@ void add_pose(py::module_& module) {
       .def_property_readonly("rotation", &Pose::rotation, "the unit quaternion (w, x, y, z)")
       .def_property_readonly("translation", &Pose::translation)
       .def("__repr__", [](const Pose& pose) { return printed("Pose", pose); });
-  py::implicitly_convertible<py::array, Pose>();
 }
 
 void add_density(py::module_& module) {

@@ -50,8 +50,8 @@ struct FramePose {
 };
 
 /// Stereo visual SLAM: image pairs in, poses with covariances out. The world's origin is the camera's first
-/// pose; "camera" is the rectified left camera, axes x right, y down, z forward. Calls must not overlap;
-/// different objects are independent of each other.
+/// pose; "camera" is the rectified left camera, axes x right, y down, z forward. Calls of several threads on
+/// one object wait for each other; different objects are independent.
 ///
 /// Every constructor throws std::invalid_argument or std::runtime_error, with one line that names file or
 /// value, for a calibration, a setting or a map that cannot be used.
@@ -79,8 +79,9 @@ class StereoSlam {
   /// Images have 8 or 16 bits and 1, 3 (BGR) or 4 (BGRA) channels, and may be reused by the caller at once.
   /// If the right camera delivered nothing, `right` may be empty (cv::Mat()) in all pairs but the first: then
   /// the left image alone is tracked.
-  /// Throws std::invalid_argument, and changes nothing, for images of another size or type, or a stamp that
-  /// is not later than the one before.
+  /// Throws std::invalid_argument, and changes nothing, for images of another size or type, for first images
+  /// without the principal point of a camera that has no size, or for a stamp that is not later than the one
+  /// before.
   FrameResult process(const cv::Mat& left, const cv::Mat& right, std::int64_t stamp_ns);
 
   /// The same with the samples of an IMU since the frame before, which predict the motion: in order, with

@@ -244,6 +244,11 @@ TEST_CASE("Covariances of another run with as many frames are refused by their s
 
   const std::vector<std::string> compare = {"compare", folder / "out", "--output", folder / "c.html"};
   CHECK(call(compare).status == 0);
+  write_text(folder / "later.txt", "9 0 0 0 0 0 0 1\n10 1 0 0 0 0 0 1\n11 2 0 0 0 0 0 1\n");
+  const auto unmatched =
+      call({"compare", folder / "out", "--output", folder / "c.html", "--groundtruth", folder / "later.txt"});
+  CHECK(unmatched.status == 0);
+  CHECK_THAT(unmatched.err, Catch::Contains("the page has no errors of this run: only 0 of 5"));
   fs::copy_file(other, own, fs::copy_options::overwrite_existing);
   check_bounded_failure(compare, "covariances.csv: the stamp of row 4 is '1403715273.610000000', and");
 }

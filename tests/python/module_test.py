@@ -7,6 +7,7 @@ import pathlib
 import subprocess
 import sys
 import tempfile
+import threading
 import unittest
 
 import numpy as np
@@ -113,6 +114,22 @@ class ModuleTest(unittest.TestCase):
         points = slam.map_points()
         self.assertEqual(points.shape[1], 3)
         self.assertAlmostEqual(float(np.median(points[:, 2])), 8.0, delta=0.2)
+
+    def test_another_thread_may_ask_for_results_while_frames_are_processed(self):
+        slam, done, counts = stereo_slam.StereoSlam(CAMERA), threading.Event(), []
+
+        def read():
+            while not done.is_set():
+                counts.append(len(slam.trajectory()["stamp_ns"]))
+                slam.map_points()
+
+        reader = threading.Thread(target=read)
+        reader.start()
+        drive(slam)
+        done.set()
+        reader.join()
+        self.assertEqual(counts, sorted(counts))
+        self.assertLessEqual(counts[-1], FRAMES)
 
     def test_a_map_is_saved_and_loaded(self):
         with tempfile.TemporaryDirectory() as folder:

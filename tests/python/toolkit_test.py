@@ -77,6 +77,10 @@ class PoseTest(unittest.TestCase):
         stretched[0, 0] += 0.1
         with self.assertRaisesRegex(ValueError, "rotation"):
             antipode.Pose(stretched)
+        with self.assertRaisesRegex(ValueError, "rotation"):
+            antipode.PoseGaussian(stretched, np.eye(6))
+        with self.assertRaisesRegex(ValueError, "rotation"):
+            antipode.Pose(T) * stretched
         projective = T.copy()
         projective[3, 0] = 1
         with self.assertRaisesRegex(ValueError, "last row"):

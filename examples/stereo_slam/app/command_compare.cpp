@@ -43,8 +43,7 @@ void check_page(const CompareArguments& arguments) {
   require_writable(arguments.output);
 }
 
-/// Prints what makes the errors of a run mean something else than they seem to. The page says so if its poses
-/// do not match.
+/// Prints what makes the errors of a run mean something else than they seem to, or why there are none.
 void warn_of_files(const TrajectoryFile& truth, const report::RunFolder& run, double max_difference_s) {
   TrajectoryFile estimate{run.folder, run.trajectory};
   if (truth.trajectory.stamps_ns.empty()) estimate.trajectory.stamps_ns.clear();  // match by index
@@ -52,7 +51,9 @@ void warn_of_files(const TrajectoryFile& truth, const report::RunFolder& run, do
     const auto pairs = match_poses(truth.trajectory, estimate.trajectory, max_difference_s);
     for (const auto& warning : file_warnings(truth, estimate, pairs))
       print_message(fmt::format("warning: {}: {}", run.folder.string(), warning));
-  } catch (const std::runtime_error&) {
+  } catch (const std::runtime_error& error) {
+    print_message(fmt::format("warning: {}: the page has no errors of this run: {}", run.folder.string(),
+                              error.what()));
   }
 }
 

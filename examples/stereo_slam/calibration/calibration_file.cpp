@@ -54,7 +54,11 @@ constexpr CalibrationFormat kFormats[] = {
 }  // namespace
 
 OwnCamera read_calibration(const fs::path& path) {
-  if (fs::is_directory(path)) return read_calibration(path / "left.yaml");
+  if (fs::is_directory(path)) {
+    if (!fs::exists(path / "left.yaml"))
+      fail(path, "is a folder without left.yaml; name the calibration in it");
+    return read_calibration(path / "left.yaml");
+  }
   if (!fs::exists(path)) fail(path, "missing; it has to be the calibration of the camera");
   const CalibrationText text = load_calibration_text(path);
   const auto* format = std::find_if(std::begin(kFormats), std::end(kFormats),

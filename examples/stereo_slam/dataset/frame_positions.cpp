@@ -91,6 +91,7 @@ FramePositions by_order(const std::vector<StereoFiles>& frames, const ListedImag
 /// The positions of frames by times in a unit that is not known, counted in usual intervals.
 std::optional<FramePositions> by_interval(const std::vector<StereoFiles>& frames, const ListedImages& images,
                                           std::int64_t interval) {
+  if (interval <= 0) return std::nullopt;  // of a single image
   std::set<std::int64_t> positions;
   const auto first = std::ranges::min_element(images, [](const auto& a, const auto& b) {
                        return a.second.key < b.second.key;

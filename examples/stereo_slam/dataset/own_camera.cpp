@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include <fmt/format.h>
@@ -91,9 +92,10 @@ void set_stamps(const OwnCamera& own, const fs::path& calibration, const KnownTi
 
 /// The path of a source. A name without extension is a folder or else the only video of that name.
 fs::path find_source(const fs::path& parent, const std::string& name) {
-  if (is_live(name)) return name;
-  const fs::path source = parent / name;
-  return fs::exists(source) ? source : find_video(source);
+  fs::path source = parent / name;
+  std::error_code error;  // as of a pipeline that is too long for a name
+  if (fs::exists(source, error)) return source;
+  return is_live(name) ? fs::path(name) : find_video(source);
 }
 
 /// Where the images of the cameras come from, and how they become pairs.

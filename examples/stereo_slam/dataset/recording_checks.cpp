@@ -13,6 +13,7 @@
 
 #include <fmt/format.h>
 
+#include "stereo_slam/core/median.hpp"
 #include "stereo_slam/dataset/recording_hypotheses.hpp"
 
 namespace stereo_slam {
@@ -71,15 +72,37 @@ void check_view(SequenceScan& scan) {
   check_centre(scan);
 }
 
-/// The median time between two frames, s. A pause of the recording does not change it.
-[[nodiscard]] double usual_interval_s(const std::vector<StereoFiles>& frames) {
+/// The times between two frames, s.
+[[nodiscard]] std::vector<double> frame_intervals_s(const std::vector<StereoFiles>& frames) {
   std::vector<double> intervals_s;
   for (std::size_t i = 1; i < frames.size(); ++i)
     intervals_s.push_back(
         1e-9 * (static_cast<double>(frames[i].stamp_ns) - static_cast<double>(frames[i - 1].stamp_ns)));
+  return intervals_s;
+}
+
+/// The median, the lower of the two middle values. A pause of the recording does not change it.
+[[nodiscard]] double usual_interval_s(std::vector<double> intervals_s) {
   const auto middle = intervals_s.begin() + static_cast<std::ptrdiff_t>((intervals_s.size() - 1) / 2);
   std::nth_element(intervals_s.begin(), middle, intervals_s.end());
   return *middle;
+}
+
+/// Warns about times between frames that differ as those of images that were stamped on arrival.
+[[nodiscard]] bool warn_of_uneven_stamps(SequenceScan& scan, const std::vector<double>& intervals_s) {
+  constexpr std::size_t kFewest = 12;
+  constexpr double kUneven = 4.0;  // rendered drives at 10 Hz are tracked with 40 and 160 ms in turn, and not
+                                   // with 25 and 175 ms
+  if (intervals_s.size() < kFewest) return false;
+  const double short_s = quantile(intervals_s, 0.25), long_s = quantile(intervals_s, 0.8);
+  if (!(long_s > kUneven * short_s)) return false;
+  scan.warn(scan.sequence.folder,
+            "a quarter of its frames come {:.3g} s or less after the one before, and a fifth {:.3g} s or "
+            "more, as if they were stamped on arrival, or many were lost; motion is predicted over these "
+            "times, so give the "
+            "images those of their exposure",
+            short_s, long_s);
+  return true;
 }
 
 /// What to do about a baseline that is too long to be in metres: the units in which it would be an ordinary
@@ -154,7 +177,9 @@ void check_frame_rate(SequenceScan& scan) {
   constexpr double kSlowest_hz = 0.1;
   const auto& frames = scan.sequence.frames;
   if (scan.sequence.live || frames.size() < 2) return;
-  const double interval_s = usual_interval_s(frames);
+  const std::vector<double> all_s = frame_intervals_s(frames);
+  if (warn_of_uneven_stamps(scan, all_s)) return;
+  const double interval_s = usual_interval_s(all_s);
   if (!(interval_s > 0.0) || (interval_s >= 1.0 / kFastest_hz && interval_s <= 1.0 / kSlowest_hz)) return;
   scan.warn(scan.sequence.folder,
             "its stamps are {:.3g} s apart, {:.4g} frames per second; check their unit (those in times.txt "

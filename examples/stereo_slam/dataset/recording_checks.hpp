@@ -17,7 +17,8 @@ void check_camera(SequenceScan& scan);
 /// Puts the cause first if the rig cannot be that of a stereo camera (see cause_of_rejected_rig).
 void check_rig(SequenceScan& scan);
 
-/// Warns about more frames per second than cameras take, and about so few that nothing could be tracked.
+/// Warns about more frames per second than cameras take, about so few that nothing could be tracked, and
+/// about times between frames of which a fifth is four times as long as a quarter.
 void check_frame_rate(SequenceScan& scan);
 
 /// The principal point of the images as they were calibrated, px: the mean of both cameras.

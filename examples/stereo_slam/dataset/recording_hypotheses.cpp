@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -19,9 +20,10 @@ namespace stereo_slam {
 namespace {
 
 constexpr int kMostLate = 10;  // frames
+constexpr double kGoodRows_px = 1.0;
 
 /// How the images of one camera are flipped.
-enum class Flip { kNone, kUpsideDown, kHalfTurn, kMirrored };
+enum class Flip { kNone, kUpsideDown, kHalfTurn, kMirrored, kClockwise, kAnticlockwise };
 
 /// A mistake that a user may have made. What it describes undoes the mistake.
 struct Hypothesis {
@@ -43,7 +45,12 @@ struct Judged {
 cv::Mat flipped(const cv::Mat& image, Flip flip) {
   if (flip == Flip::kNone) return image;
   cv::Mat result;
-  cv::flip(image, result, flip == Flip::kUpsideDown ? 0 : flip == Flip::kMirrored ? 1 : -1);
+  if (flip == Flip::kClockwise || flip == Flip::kAnticlockwise) {
+    cv::rotate(image, result,
+               flip == Flip::kClockwise ? cv::ROTATE_90_CLOCKWISE : cv::ROTATE_90_COUNTERCLOCKWISE);
+  } else {
+    cv::flip(image, result, flip == Flip::kUpsideDown ? 0 : flip == Flip::kMirrored ? 1 : -1);
+  }
   return result;
 }
 
@@ -107,7 +114,12 @@ Hypothesis late_by(int frames, const StereoSequence& sequence) {
       fmt::format("the images of {} look {} {}; those of a pair must have been taken together",
                   is_one_image(sequence) ? "the right camera" : sequence.right_name, counted(count, "frame"),
                   frames > 0 ? "late" : "early");
-  if (!is_one_image(sequence)) {
+  const bool same_names =
+      !sequence.frames.empty() && sequence.frames.front().left.stem() == sequence.frames.front().right.stem();
+  if (!is_one_image(sequence) && same_names) {
+    cause += fmt::format(", so correct the names or the stamps of {} by {}", sequence.right_name,
+                         counted(count, "frame"));
+  } else if (!is_one_image(sequence)) {
     cause += fmt::format(", so remove the first {} of {}, or correct the stamps",
                          count == 1 ? "image" : counted(count, "image"),
                          frames > 0 ? sequence.right_name : sequence.left_name);
@@ -117,7 +129,7 @@ Hypothesis late_by(int frames, const StereoSequence& sequence) {
 
 /// One camera upside down, turned by 180 degrees or mirrored.
 void add_flips(std::vector<Hypothesis>& hypotheses, const StereoSequence& sequence) {
-  const auto add = [&](Flip left, Flip right, const std::string& name, const char* how) {
+  const auto add = [&](Flip left, Flip right, const std::string& name, std::string_view how) {
     hypotheses.push_back({.left = left,
                           .right = right,
                           .rectifier = sequence.rectifier,
@@ -132,6 +144,15 @@ void add_flips(std::vector<Hypothesis>& hypotheses, const StereoSequence& sequen
   }
   add(Flip::kHalfTurn, Flip::kHalfTurn, "both cameras", "turned by 180 degrees");
   add(Flip::kMirrored, Flip::kMirrored, "both cameras", "mirrored");
+  if (sequence.rectifier) return;  // which refuses cameras one above the other
+  for (const auto& [flip, how] :
+       {std::pair(Flip::kClockwise, "clockwise"), std::pair(Flip::kAnticlockwise, "anticlockwise")}) {
+    add(flip, flip, "both cameras",
+        fmt::format(
+            "displaced in column, as of cameras one above the other; turn both {} by 90 degrees, with "
+            "their calibration",
+            how));
+  }
 }
 
 /// Mistakes in the calibration of raw cameras that change the rows.
@@ -267,7 +288,6 @@ std::vector<Hypothesis> hypotheses_of(const StereoSequence& sequence, const std:
 /// agree, or agree much better than as recorded.
 bool explains(const StereoAgreement& agreement, const StereoAgreement& recorded) {
   constexpr double kFewNegative = 0.2;
-  constexpr double kGoodRows_px = 1.0;
   if (!agreement.conclusive() || agreement.matches < recorded.matches / 2) return false;
   if (agreement.negative_share > kFewNegative || agreement.median_disparity_px <= 0.0) return false;
   const double good_px = kGoodRows_px * agreement.unit_px;
@@ -277,8 +297,9 @@ bool explains(const StereoAgreement& agreement, const StereoAgreement& recorded)
          (turns_signs && agreement.row_offset_px < good_px);
 }
 
-/// The delay of the right images with which they agree best, if they agree better than as recorded. A slight
-/// one is looked for step by step, as long as the rows become better.
+/// The delay of the right images with which they agree best, if they agree better than as recorded, and in
+/// rows as good as those of rectified images: of twenty delays, chance makes one of them better. A slight one
+/// is looked for step by step, as long as the rows become better.
 std::optional<Judged> best_delay(const StereoSequence& sequence, const std::vector<std::size_t>& indices,
                                  const StereoAgreement& recorded, Suspicion suspicion) {
   std::optional<Judged> best;
@@ -291,7 +312,8 @@ std::optional<Judged> best_delay(const StereoSequence& sequence, const std::vect
       const double rows_px = judged.agreement.row_offset_px;
       if (suspicion == Suspicion::kSlight && !(judged.agreement.conclusive() && rows_px < last_px)) break;
       last_px = rows_px;
-      if (!explains(judged.agreement, recorded)) continue;
+      if (!explains(judged.agreement, recorded) || rows_px > kGoodRows_px * judged.agreement.unit_px)
+        continue;
       if (!best || rows_px < best->agreement.row_offset_px) best = std::move(judged);
     }
   }

@@ -3,14 +3,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
+#include "stereo_slam/evaluation/clock_offset.hpp"
 #include "stereo_slam/evaluation/evaluate.hpp"
 #include "stereo_slam/evaluation/pose_conventions.hpp"
+#include "stereo_slam/evaluation/pose_jumps.hpp"
 #include "stereo_slam/io/counted.hpp"
+#include "stereo_slam/io/text_file.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -95,6 +100,43 @@ using Warning = std::optional<std::string>;
       scaled->scale, scaled->ate_m.rmse, rmse_m);
 }
 
+/// "the pose at 0.7 s", "the pose of frame 7".
+[[nodiscard]] std::string pose_name(const Trajectory& trajectory, std::size_t pose) {
+  if (!trajectory.stamps_ns.empty())
+    return fmt::format("the pose at {} s", format_seconds(trajectory.stamps_ns[pose]));
+  return fmt::format("the pose of frame {}",
+                     trajectory.frames.empty() ? static_cast<std::int64_t>(pose) : trajectory.frames[pose]);
+}
+
+/// `pose_of` tells which pose of the file a pair has.
+template <class PoseOf>
+[[nodiscard]] Warning jumping(const TrajectoryFile& file, const std::vector<PoseJump>& jumps,
+                              std::string_view other, const PoseOf& pose_of) {
+  if (jumps.empty()) return {};
+  const PoseJump& first = jumps.front();
+  const std::string more =
+      jumps.size() == 1 ? "" : fmt::format(", and {} more jump like it", jumps.size() - 1);
+  return fmt::format(
+      "{}: {} is {:.3g} m away from the one before, while the {} moves by {:.3g} m{}; remove the poses of "
+      "a body that was lost, which are often written as zeros or as the last one",
+      file.file.string(), pose_name(file.trajectory, pose_of(first.pair)), first.length_m, other,
+      first.expected_m, more);
+}
+
+/// The motions of both files under the clocks that fit best.
+struct MatchedMotions {
+  PosePairs poses;
+  Warning clocks;
+};
+
+[[nodiscard]] MatchedMotions motions_under_best_clocks(const Trajectory& truth, const Trajectory& estimate,
+                                                       PosePairs poses) {
+  const auto offset = find_clock_offset(truth, estimate);
+  if (!offset) return {std::move(poses), {}};
+  std::string text = describe(*offset, truth, estimate, poses);
+  return {poses_after(*offset, truth, estimate), std::move(text)};
+}
+
 }  // namespace
 
 std::vector<std::string> file_warnings(const TrajectoryFile& truth, const TrajectoryFile& estimate,
@@ -104,13 +146,18 @@ std::vector<std::string> file_warnings(const TrajectoryFile& truth, const Trajec
     for (const auto& remark : file->trajectory.remarks)
       warnings.push_back(fmt::format("{}: {}", file->file.string(), remark));
   }
-  const PosePairs poses = poses_of_pairs(truth.trajectory, estimate.trajectory, pairs);
+  const PosePairs matched = poses_of_pairs(truth.trajectory, estimate.trajectory, pairs);
+  const PoseJumps jumps = find_jumps(matched);
+  const auto [poses, clocks] = motions_under_best_clocks(truth.trajectory, estimate.trajectory, matched);
   const Warning unturned = without_rotations(poses);
   const auto conventions = unturned ? std::nullopt : find_conventions(poses);
   for (const Warning& warning :
        {different_lengths(truth, estimate), repeated_stamps(truth), repeated_stamps(estimate),
-        few_matches(truth.trajectory, estimate.trajectory, pairs.size()), same_poses(poses), unturned,
-        other_scale(conventions ? corrected(poses, conventions->better) : poses),
+        few_matches(truth.trajectory, estimate.trajectory, pairs.size()), same_poses(matched),
+        jumping(truth, jumps.truth, "estimate", [&](std::size_t pair) { return pairs[pair].first; }),
+        jumping(estimate, jumps.estimate, "ground truth",
+                [&](std::size_t pair) { return pairs[pair].second; }),
+        clocks, unturned, other_scale(conventions ? corrected(poses, conventions->better) : poses),
         conventions ? Warning(describe(*conventions)) : Warning()}) {
     if (warning) warnings.push_back(*warning);
   }

@@ -17,8 +17,8 @@ struct TrajectoryFile {
 };
 
 /// What makes the scores of an estimate mean something else than they seem to: remarks on the reading of both
-/// files, different lengths or few matches, repeated stamps, poses that are the same, another scale, and
-/// other conventions. `pairs` are those of match_poses().
+/// files, different lengths or few matches, repeated stamps, poses that are the same, jumps, clocks that
+/// differ, another scale, and other conventions. `pairs` are those of match_poses().
 [[nodiscard]] std::vector<std::string> file_warnings(const TrajectoryFile& truth,
                                                      const TrajectoryFile& estimate, const FramePairs& pairs);
 

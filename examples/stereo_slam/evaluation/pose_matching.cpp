@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <numeric>
 #include <stdexcept>
 
@@ -31,6 +32,13 @@ std::vector<std::int64_t> frame_numbers(const Trajectory& trajectory) {
   return numbers;
 }
 
+/// The time from the end of the earlier trajectory to the beginning of the later one; not positive if they
+/// overlap.
+[[nodiscard]] std::int64_t gap_ns(const Trajectory& truth, const Trajectory& estimate) {
+  return std::max(truth.stamps_ns.front(), estimate.stamps_ns.front()) -
+         std::min(truth.stamps_ns.back(), estimate.stamps_ns.back());
+}
+
 /// "FIRST to LAST", in seconds or frames.
 [[nodiscard]] std::string range_text(const Trajectory& trajectory) {
   if (trajectory.poses.empty()) return "none";
@@ -40,6 +48,21 @@ std::vector<std::int64_t> frame_numbers(const Trajectory& trajectory) {
   }
   const auto frames = frame_numbers(trajectory);
   return fmt::format("frames {} to {}", frames.front(), frames.back());
+}
+
+/// How far apart the stamps of trajectories are that overlap.
+[[nodiscard]] std::string nearest_text(const Trajectory& truth, const Trajectory& estimate,
+                                       double max_difference_s) {
+  if (truth.stamps_ns.empty() || estimate.stamps_ns.empty()) return "";
+  std::int64_t nearest_ns = std::numeric_limits<std::int64_t>::max();
+  for (const std::int64_t stamp_ns : estimate.stamps_ns) {
+    const std::int64_t other_ns = truth.stamps_ns[nearest_index(truth.stamps_ns, stamp_ns)];
+    nearest_ns = std::min(nearest_ns, std::abs(other_ns - stamp_ns));
+  }
+  if (nearest_ns <= std::llround(max_difference_s * 1e9) || gap_ns(truth, estimate) > 0) return "";
+  return fmt::format(
+      "; the nearest stamps are {} s apart, and --max-time-difference is {:.4g} s: check both clocks",
+      format_seconds(nearest_ns), max_difference_s);
 }
 
 }  // namespace
@@ -72,9 +95,10 @@ FramePairs match_poses(const Trajectory& truth, const Trajectory& estimate, doub
     pairs = associate_by_stamp(truth.stamps_ns, estimate.stamps_ns, std::llround(max_difference_s * 1e9));
   }
   if (pairs.size() < 3) {
-    throw std::runtime_error(fmt::format(
-        "only {} of {} estimated poses match one of {} ground-truth poses, 3 are needed; {}", pairs.size(),
-        estimate.poses.size(), truth.poses.size(), describe_ranges(truth, estimate)));
+    throw std::runtime_error(
+        fmt::format("only {} of {} estimated poses match one of {} ground-truth poses, 3 are needed; {}{}",
+                    pairs.size(), estimate.poses.size(), truth.poses.size(), describe_ranges(truth, estimate),
+                    nearest_text(truth, estimate, max_difference_s)));
   }
   return pairs;
 }
@@ -91,8 +115,7 @@ PosePairs poses_of_pairs(const Trajectory& truth, const Trajectory& estimate, co
 std::string describe_ranges(const Trajectory& truth, const Trajectory& estimate) {
   std::string text = fmt::format("ground truth: {}, estimate: {}", range_text(truth), range_text(estimate));
   if (truth.stamps_ns.empty() || estimate.stamps_ns.empty()) return text;
-  const std::int64_t apart_ns = std::max(truth.stamps_ns.front(), estimate.stamps_ns.front()) -
-                                std::min(truth.stamps_ns.back(), estimate.stamps_ns.back());
+  const std::int64_t apart_ns = gap_ns(truth, estimate);
   if (apart_ns > 0) text += fmt::format(", which is {} s apart", format_seconds(apart_ns));
   return text;
 }

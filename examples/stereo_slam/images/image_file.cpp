@@ -90,6 +90,13 @@ bool is_jpeg(const std::filesystem::path& file, std::string_view content) {
   return is_format(file, content, "\xFF\xD8", {".jpg", ".jpeg"});
 }
 
+/// Images of other types, as with 32 bits, are decoded as they are only.
+[[noreturn]] void fail_to_decode(const std::filesystem::path& file, std::span<const std::uint8_t> bytes) {
+  const cv::Mat image = opencv_codecs().decode(bytes, cv::IMREAD_UNCHANGED);
+  if (image.empty()) fail(file, "the image cannot be decoded; convert or download it again");
+  fail(file, "has pixels of {} bits; convert it to grey or colour with 8 or 16 bits", 8 * image.elemSize1());
+}
+
 /// `flags` are cv::ImreadModes; for a plain grey PNG all give the same image. The content decides on the
 /// format, whatever the name says.
 cv::Mat decode(const std::filesystem::path& file, int flags) {
@@ -115,7 +122,7 @@ cv::Mat decode(const std::filesystem::path& file, int flags) {
         "the header ends with CR LF, which shifts the pixels; write it in binary mode, or convert it to PNG");
   cv::Mat image = plain_grey_png ? decode_plain_grey_png(bytes) : cv::Mat();
   if (image.empty()) image = opencv_codecs().decode(bytes, flags);
-  if (image.empty()) fail(file, "the image cannot be decoded; convert or download it again");
+  if (image.empty()) fail_to_decode(file, bytes);
   return image;
 }
 

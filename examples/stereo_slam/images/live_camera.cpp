@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -37,8 +38,10 @@ constexpr int kTimeout_ms = 6000;
 
 bool is_live(const fs::path& source) {
   const std::string name = source.string();
-  return name.starts_with(kDevices) || name.find("://") != std::string::npos ||
-         name.find(kPipelineMark) != std::string::npos;
+  if (name.starts_with(kDevices)) return true;
+  const bool is_text = name.find("://") != std::string::npos || name.find(kPipelineMark) != std::string::npos;
+  std::error_code error;  // as of a pipeline that is too long for a name
+  return is_text && !fs::exists(source, error);
 }
 
 struct LiveCamera::Device {

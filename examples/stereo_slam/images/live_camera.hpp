@@ -9,7 +9,7 @@
 namespace stereo_slam {
 
 /// Whether a source is not a file but something that delivers images now: /dev/videoN, a URL, or a GStreamer
-/// pipeline (with " ! ").
+/// pipeline (with " ! "), if no file or folder has that name.
 [[nodiscard]] bool is_live(const std::filesystem::path& source);
 
 /// A stereo camera: two devices, or one that delivers both images side by side. The stamp of a pair is the

@@ -30,8 +30,11 @@ std::optional<std::string> PositionDigits::remark(std::span<const Eigen::Isometr
   constexpr double kCoarse = 0.2;
   if (poses.size() < 3) return std::nullopt;
   std::vector<double> steps_m;
-  for (std::size_t i = 1; i < poses.size(); ++i)
-    steps_m.push_back((poses[i].translation() - poses[i - 1].translation()).norm());
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    const double step_m = (poses[i].translation() - poses[i - 1].translation()).norm();
+    if (step_m > 0.0) steps_m.push_back(step_m);  // poses may be written twice, or the body may stand
+  }
+  if (steps_m.empty()) return std::nullopt;
   const auto middle = steps_m.begin() + static_cast<std::ptrdiff_t>(steps_m.size() / 2);
   std::nth_element(steps_m.begin(), middle, steps_m.end());
   for (std::size_t axis = 0; axis < 3; ++axis) {

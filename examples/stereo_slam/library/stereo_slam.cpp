@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/stereo_slam.hpp"
 
+#include <mutex>
 #include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "stereo_slam/calibration/calibration_file.hpp"
+#include "stereo_slam/calibration/camera_values.hpp"
 #include "stereo_slam/calibration/rectifier.hpp"
 #include "stereo_slam/images/grey_image.hpp"
 #include "stereo_slam/results/learned_cameras.hpp"
@@ -42,6 +44,7 @@ void check_alignment(const SlamOptions& options) {
 }  // namespace
 
 struct StereoSlam::State {
+  std::mutex mutex;  // held by each call, so that those of several threads wait for each other
   SlamOptions options;
   Settings settings;
   StereoCamera camera;
@@ -97,9 +100,11 @@ struct StereoSlam::State {
   /// Begins with the sizes of the first images.
   void take_sizes(const cv::Size& left, const cv::Size& right) {
     if (raw) return use(rig_for(*raw, left, right));
-    camera.width_px = left.width;
-    camera.height_px = left.height;
-    begin_if_sized();
+    StereoCamera sized = camera;
+    sized.width_px = left.width;
+    sized.height_px = left.height;
+    require_valid(sized);
+    use(sized);
   }
 
   void require_sizes(const cv::Size& left, const cv::Size& right) const {
@@ -128,6 +133,14 @@ struct StereoSlam::State {
     return to_pose(*T_body_camera).inverse();
   }
 
+  [[nodiscard]] std::vector<FramePose> trajectory() const {
+    std::vector<FramePose> result = frames;
+    if (result.empty()) return result;
+    const auto poses = slam->trajectory();
+    for (std::size_t i = 0; i < result.size(); ++i) result[i].T_world_camera = poses.at(i);
+    return result;
+  }
+
   [[nodiscard]] const SlamSystem& begun() const {
     if (!slam) throw std::logic_error("no frame has been processed yet");
     return *slam;
@@ -136,17 +149,14 @@ struct StereoSlam::State {
 
 StereoSlam::StereoSlam(const StereoCamera& camera, const SlamOptions& options) {
   check_alignment(options);
-  if (!(camera.fx > 0.0 && camera.fy > 0.0 && camera.baseline_m > 0.0)) {
-    throw std::invalid_argument(
-        fmt::format("the camera has focal lengths {} and {} px and a baseline of {} m; all must be positive",
-                    camera.fx, camera.fy, camera.baseline_m));
-  }
+  require_valid(camera);
   state_ = std::make_unique<State>(options);
   state_->use(camera);
 }
 
 StereoSlam::StereoSlam(const StereoRig& rig, const SlamOptions& options) {
   check_alignment(options);
+  require_valid(rig);
   state_ = std::make_unique<State>(options);
   OwnCamera own;
   own.rig = rig;
@@ -174,17 +184,17 @@ FrameResult StereoSlam::process(const cv::Mat& left, const cv::Mat& right, std::
 
 FrameResult StereoSlam::process(const cv::Mat& left, const cv::Mat& right, std::int64_t stamp_ns,
                                 std::span<const ImuSample> imu) {
-  if (!state_->slam) state_->options.imu_noise.check();
   return process_frame(
       left, right, stamp_ns,
-      ImuReadings{.sensor = {.T_camera_imu = Pose::identity(),  // known with the first images
-                             .noise = state_->options.imu_noise},
+      ImuReadings{.sensor = {.T_camera_imu = Pose::identity()},  // known with the first images
                   .samples = {imu.begin(), imu.end()}});
 }
 
 FrameResult StereoSlam::process_frame(const cv::Mat& left, const cv::Mat& right, std::int64_t stamp_ns,
                                       std::optional<ImuReadings> imu) {
   State& state = *state_;
+  const std::scoped_lock lock(state.mutex);
+  if (imu && !state.slam) state.options.imu_noise.check();
   if (!state.frames.empty() && stamp_ns <= state.frames.back().stamp_ns) {
     throw std::invalid_argument(fmt::format("the stamp {} ns is not later than {} ns, the one before",
                                             stamp_ns, state.frames.back().stamp_ns));
@@ -206,7 +216,7 @@ FrameResult StereoSlam::process_frame(const cv::Mat& left, const cv::Mat& right,
     frame.left = state.rectifier->left(frame.left);
     frame.right = state.rectifier->right(frame.right);
   }
-  if (imu) imu->sensor.T_camera_imu = state.T_camera_imu();
+  if (imu) imu->sensor = {.T_camera_imu = state.T_camera_imu(), .noise = state.options.imu_noise};
   frame.imu = std::move(imu);
   equalise_contrast(frame, state.settings.images);
   FrameResult result = state.slam->process(frame);
@@ -216,29 +226,30 @@ FrameResult StereoSlam::process_frame(const cv::Mat& left, const cv::Mat& right,
 }
 
 void StereoSlam::finish() {
+  const std::scoped_lock lock(state_->mutex);
   if (state_->slam) state_->slam->finish();
 }
 
 std::vector<FramePose> StereoSlam::trajectory() const {
-  std::vector<FramePose> frames = state_->frames;
-  if (frames.empty()) return frames;
-  const auto poses = state_->slam->trajectory();
-  for (std::size_t i = 0; i < frames.size(); ++i) frames[i].T_world_camera = poses.at(i);
-  return frames;
+  const std::scoped_lock lock(state_->mutex);
+  return state_->trajectory();
 }
 
 std::vector<FramePose> StereoSlam::keyframes() const {
-  const auto frames = trajectory();
+  const std::scoped_lock lock(state_->mutex);
+  const auto frames = state_->trajectory();
   std::vector<FramePose> keyframes;
   for (const std::size_t index : state_->keyframes) keyframes.push_back(frames.at(index));
   return keyframes;
 }
 
 std::vector<MapPoint> StereoSlam::map_points() const {
+  const std::scoped_lock lock(state_->mutex);
   return state_->slam ? state_->slam->map_points() : std::vector<MapPoint>{};
 }
 
 std::vector<LoopEvent> StereoSlam::loops() const {
+  const std::scoped_lock lock(state_->mutex);
   return state_->slam ? state_->slam->loop_events() : std::vector<LoopEvent>{};
 }
 
@@ -247,16 +258,19 @@ const StereoCamera& StereoSlam::camera() const { return state_->camera; }
 const std::optional<Eigen::Isometry3d>& StereoSlam::T_body_camera() const { return state_->T_body_camera; }
 
 std::optional<InertialSummary> StereoSlam::inertial() const {
+  const std::scoped_lock lock(state_->mutex);
   return state_->slam ? state_->slam->inertial() : std::nullopt;
 }
 
 void StereoSlam::save_cameras(const std::filesystem::path& file) const {
+  const std::scoped_lock lock(state_->mutex);
   const auto learned = state_->begun().rig().learned;
   if (!learned) throw std::logic_error("this preset learns nothing of the cameras");
   save_learned_cameras(file, *learned);
 }
 
 void StereoSlam::save_map(const std::filesystem::path& file) const {
+  const std::scoped_lock lock(state_->mutex);
   stereo_slam::save_map(file, state_->begun().saved_map());
 }
 

@@ -316,6 +316,8 @@ TEST_CASE("Damaged calibrations of other programs are refused in one line", "[ca
              Catch::Contains("call the two files left.yaml and right.yaml"));
   write_text(folder / "left.yaml", camera_info(cameras, true));
   CHECK_THAT(calibration_error(folder / "left.yaml"), Catch::Contains("right.yaml: missing"));
+  fs::create_directories(folder / "empty");
+  CHECK_THAT(calibration_error(folder / "empty"), Catch::Contains("empty: is a folder without left.yaml"));
   write_text(folder / "right.yaml", camera_info(cameras, true));
   CHECK_THAT(calibration_error(folder / "left.yaml"),
              Catch::Contains("right.yaml: the projection matrix has no baseline"));

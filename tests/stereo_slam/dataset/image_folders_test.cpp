@@ -179,6 +179,11 @@ TEST_CASE("Images whose names differ between the cameras are paired by their num
   CHECK(scan.sequence.frames[3].stamp_ns == 400'000'000);
 }
 
+TEST_CASE("Of a single image no number is missing, also if its name could be a time", "[folders]") {
+  const auto problems = NamedRecording({"1.600000e+09"}, {"1.600000e+09"}).scan().problems;
+  for (const auto& problem : problems) CHECK_THAT(problem.text, !Catch::Contains("missing among the names"));
+}
+
 TEST_CASE("The last image of one camera may be missing, whatever the images are called", "[folders]") {
   const NamedRecording recording(numbered("L_", 12), numbered("R_", 12));
   recording.remove("right/R_000011.png");

@@ -121,6 +121,28 @@ TEST_CASE("Images are paired by name, else by natural order", "[folders]") {
   CHECK(scan.sequence.frames[10].right.filename() == "right10.png");
 }
 
+TEST_CASE("Stamps that come in bursts are named, and pauses and missing frames are not", "[folders]") {
+  const TemporaryFolder folder;
+  constexpr int kFrames = 24;
+  write_tiny_folders(folder.path(), kFrames);
+  write_text(folder / "calibration.yaml", tiny_calibration("times: times.txt\n"));
+  const auto problems = [&](const auto& time_s) {
+    std::string text;
+    for (int i = 0; i < kFrames; ++i) text += fmt::format("{:.6f}\n", time_s(i));
+    write_text(folder / "times.txt", text);
+    std::string all;
+    for (const auto& problem : scan_sequence(folder.path(), "auto").problems) all += problem.text;
+    return all;
+  };
+  CHECK_THAT(problems([](int i) { return 0.4 * (i / 4) + 0.001 * (i % 4); }),
+             Catch::Contains("come 0.001 s or less after the one before, and a fifth 0.397 s or more") &&
+                 !Catch::Contains("check their unit"));
+  CHECK_THAT(problems([](int i) { return 0.1 * i + 0.08 * (i % 2); }), Catch::Contains("stamped on arrival"));
+  CHECK(problems([](int i) { return 0.1 * i + 0.05 * (i % 2); }).empty());
+  CHECK(problems([](int i) { return 0.1 * i + (i > 9 ? 60.0 : 0.0); }).empty());
+  CHECK(problems([](int i) { return 0.1 * i + 0.1 * (i / 2); }).empty());
+}
+
 TEST_CASE("Stamps leave time for images that are missing", "[folders]") {
   const TemporaryFolder folder;
   write_tiny_folders(folder.path(), 12);

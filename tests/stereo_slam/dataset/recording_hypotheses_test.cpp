@@ -109,6 +109,42 @@ TEST_CASE("Images of another frame are named with the number of frames, raw or r
   }
 }
 
+TEST_CASE("The names of images that are a pair by name are to be corrected", "[hypotheses]") {
+  const Drive drive(/*raw=*/false);
+  StereoSequence named = delayed(drive.sequence, -1);
+  const TemporaryFolder folder;
+  for (auto& frame : named.frames) {
+    const fs::path renamed = folder / frame.left.filename();
+    fs::copy_file(frame.right, renamed);
+    frame.right = renamed;
+  }
+  CHECK_THAT(text_of_problems(named),
+             Catch::Contains("so correct the names or the stamps of image_1 by 1 frame"));
+}
+
+TEST_CASE("Cameras one above the other are named, and no delay that agrees by chance", "[hypotheses]") {
+  const Drive drive(/*raw=*/false);
+  for (const int code : {cv::ROTATE_90_CLOCKWISE, cv::ROTATE_90_COUNTERCLOCKWISE}) {
+    CAPTURE(code);
+    StereoSequence turned = drive.sequence;
+    std::swap(turned.camera.width_px, turned.camera.height_px);
+    const TemporaryFolder folder;
+    for (auto& frame : turned.frames) {
+      for (auto* file : {&frame.left, &frame.right}) {
+        cv::Mat image;
+        cv::rotate(cv::imread(file->string(), cv::IMREAD_GRAYSCALE), image, code);
+        *file = folder / (file->parent_path().filename().string() + file->filename().string());
+        cv::imwrite(file->string(), image);
+      }
+    }
+    const auto text = text_of_problems(turned);
+    CHECK_THAT(text, Catch::Contains("displaced in column, as of cameras one above the other") &&
+                         Catch::Contains(code == cv::ROTATE_90_CLOCKWISE ? "turn both anticlockwise"
+                                                                         : "turn both clockwise") &&
+                         !Catch::Contains("late") && !Catch::Contains("early"));
+  }
+}
+
 TEST_CASE("Swapped images and images of one camera that are turned or mirrored are named", "[hypotheses]") {
   for (const bool raw : {true, false}) {
     const Drive drive(raw);

@@ -273,7 +273,9 @@ TEST_CASE("Stamps are matched across an offset of half a frame only if allowed",
   }
   CHECK(evaluate(truth, estimate, 0.02).matched == 50);
   CHECK_THAT(message_of([&] { (void)evaluate(truth, estimate, 0.01); }),
-             Catch::Contains("only 0 of 50 estimated poses match"));
+             Catch::Contains("only 0 of 50 estimated poses match") &&
+                 Catch::Contains("the nearest stamps are 0.015000000 s apart, and --max-time-difference is "
+                                 "0.01 s: check both clocks"));
 }
 
 TEST_CASE("Stamps that do not overlap are named, with the time between them", "[evaluate]") {

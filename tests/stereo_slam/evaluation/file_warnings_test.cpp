@@ -125,3 +125,24 @@ TEST_CASE("Inverse poses are not taken for another scale, and both are named if 
   CHECK_THAT(both[0], Catch::Contains("after scaling by 4"));
   CHECK_THAT(both[1], Catch::Contains("do not mean the same by a pose"));
 }
+
+TEST_CASE("Poses of a body that was lost are named with their file and stamp", "[file_warnings]") {
+  Trajectory truth = curve(200);
+  truth.stamps_ns = stamps(200, 50'000'000);
+  Trajectory estimate = curve(200, 1.0, 0.01);
+  estimate.stamps_ns = truth.stamps_ns;
+  for (const std::size_t lost : {100, 101}) truth.poses[lost].setIdentity();
+  CHECK_THAT(warning(truth, estimate),
+             Catch::Contains("truth.txt: the pose at 5.000000000 s is 10.") &&
+                 Catch::Contains("while the estimate moves by 0.1") &&
+                 Catch::Contains("and 1 more jump like it; remove the poses of a body that was lost"));
+}
+
+TEST_CASE("Clocks that differ are named, and not taken for other conventions", "[file_warnings]") {
+  Trajectory truth = curve(300);
+  Trajectory estimate = curve(300, 1.0, 0.01);
+  truth.stamps_ns = estimate.stamps_ns = stamps(300, 50'000'000);
+  for (auto& stamp_ns : estimate.stamps_ns) stamp_ns += 1'000'000'000;
+  CHECK_THAT(warning(truth, estimate), Catch::Contains("shows the motion of the ground truth 1 s later") &&
+                                           Catch::Contains("check both clocks"));
+}

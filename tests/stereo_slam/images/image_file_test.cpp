@@ -224,6 +224,14 @@ TEST_CASE("The content of an image decides on its format, not its name", "[image
   }
 }
 
+TEST_CASE("A TIFF with 32 bits a pixel is refused with its bits", "[image]") {
+  const TemporaryFolder folder;
+  if (!cv::haveImageWriter(".tif")) return;
+  cv::imwrite((folder / "a.tif").string(), cv::Mat(64, 64, CV_32F, 0.5));
+  CHECK_THAT(message_of([&] { (void)load_gray_image(folder / "a.tif"); }),
+             Catch::Contains("a.tif: has pixels of 32 bits; convert it to grey or colour with 8 or 16 bits"));
+}
+
 TEST_CASE("PPM and WebP in colour are read, whatever the case of their extensions", "[image]") {
   const TemporaryFolder folder;
   cv::Mat colour;

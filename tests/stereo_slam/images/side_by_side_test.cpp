@@ -112,6 +112,10 @@ TEST_CASE("Devices, URLs and pipelines are live, files are not", "[camera]") {
   for (const char* live : {"/dev/video0", "rtsp://10.0.0.1/stereo", "v4l2src device=/dev/video0 ! appsink"})
     CHECK(is_live(live));
   for (const char* recorded : {"video.mp4", "/data/video0", "left", ""}) CHECK_FALSE(is_live(recorded));
+  const TemporaryFolder folder;
+  fs::create_directories(folder / "hall ! noon");
+  CHECK_FALSE(is_live(folder / "hall ! noon"));
+  CHECK(is_live(folder / "hall ! evening"));
 }
 
 TEST_CASE("A live camera has no end, and stamps of its own that increase", "[camera]") {

@@ -52,3 +52,16 @@ TEST_CASE("Whole numbers of a small path are exact", "[position_digits]") {
   write_text(folder / "t.txt", "1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n3 2 0 0 0 0 0 1\n");
   CHECK(read_trajectory(folder / "t.txt").remarks.empty());
 }
+
+TEST_CASE("Poses that are written twice, and a body at rest, lost no digits", "[position_digits]") {
+  const TemporaryFolder folder;
+  std::string twice, rest;
+  for (int i = 0; i < 40; ++i) {
+    twice += fmt::format("{} {:.9f} 5.123456789 0 0 0 0 1\n", i, 0.8 * (i / 2));
+    rest += fmt::format("{} 448252.123456789 0 0 0 0 0 1\n", i);
+  }
+  write_text(folder / "twice.txt", twice);
+  write_text(folder / "rest.txt", rest);
+  CHECK(read_trajectory(folder / "twice.txt").remarks.empty());
+  CHECK(read_trajectory(folder / "rest.txt").remarks.empty());
+}

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/stereo_slam.hpp"
 
+#include <algorithm>
+#include <atomic>
+#include <limits>
+#include <thread>
 #include <utility>
 
 #include "stereo_slam/dataset/sequence.hpp"
@@ -115,6 +119,94 @@ TEST_CASE("What cannot be processed is refused, and changes nothing", "[library]
   CHECK_THAT(refused(left.rowRange(0, 100), right.rowRange(0, 100), 6),
              Catch::Contains("320x100 pixels, but the calibration is of 320x120"));
   CHECK(slam.trajectory().size() == 1);
+}
+
+TEST_CASE("A camera that no images can be of is refused with its values", "[library]") {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const auto refused = [](const auto& change) {
+    StereoCamera camera = kTinyCamera;
+    camera.width_px = 320;
+    camera.height_px = 120;
+    change(camera);
+    return message_of([&] { StereoSlam slam(camera); });
+  };
+  CHECK_THAT(refused([](auto& c) { c.fx = kInfinity; }), Catch::Contains("focal lengths inf and"));
+  CHECK_THAT(refused([](auto& c) { c.fy = kNan; }), Catch::Contains("and nan px"));
+  CHECK_THAT(refused([](auto& c) { c.baseline_m = 1e-300; }), Catch::Contains("baseline of 1e-300 m"));
+  CHECK_THAT(refused([](auto& c) { c.cx = kNan; }), Catch::Contains("principal point (nan, "));
+  CHECK_THAT(refused([](auto& c) { c.cx = 5000.0; }), Catch::Contains("lies outside the 320x120 images"));
+  CHECK_THAT(refused([](auto& c) { c.width_px = -320; }), Catch::Contains("images of -320x120 px"));
+  CHECK_THAT(refused([](auto& c) { c.height_px = 0; }), Catch::Contains("images of 320x0 px"));
+  StereoCamera unsized = kTinyCamera;
+  unsized.cx = 500.0;
+  StereoSlam slam(unsized);
+  const auto [left, right] = tiny_images(0);
+  CHECK_THAT(message_of([&, a = left, b = right] { (void)slam.process(a, b, 0); }),
+             Catch::Contains("lies outside the 320x120 images"));
+}
+
+TEST_CASE("Raw cameras that no images can be of are refused with their values", "[library]") {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  const auto refused = [](const auto& change) {
+    StereoRig rig;
+    rig.left.fx = rig.left.fy = 200.0;
+    rig.left.cx = 160.0;
+    rig.left.cy = 60.0;
+    rig.left.width_px = 320;
+    rig.left.height_px = 120;
+    rig.right = rig.left;
+    rig.T_right_left.translation().x() = -0.5;
+    change(rig);
+    return message_of([&] { StereoSlam slam(rig); });
+  };
+  CHECK(refused([](StereoRig&) {}).empty());
+  CHECK_THAT(refused([](auto& rig) { rig.right.fx = -200.0; }),
+             Catch::Contains("the right camera has focal lengths -200"));
+  CHECK_THAT(refused([](auto& rig) { rig.left.cy = kNan; }),
+             Catch::Contains("the left camera has the principal point (160, nan)"));
+  CHECK_THAT(refused([](auto& rig) { rig.left.width_px = 100; }), Catch::Contains("outside the 100x120"));
+  CHECK_THAT(refused([](auto& rig) {
+               rig.left.distortion = Distortion::kRadTan;
+               rig.left.coefficients = {0.0, 0.0, 0.0};
+             }),
+             Catch::Contains("has 3 distortion coefficients; radtan needs 4, 5 or 8"));
+  CHECK_THAT(refused([](auto& rig) {
+               rig.left.distortion = Distortion::kRadTan;
+               rig.left.coefficients = {kNan, 0.0, 0.0, 0.0};
+             }),
+             Catch::Contains("not finite"));
+  CHECK_THAT(refused([](auto& rig) { rig.T_right_left.linear() *= 2.0; }),
+             Catch::Contains("T_right_left has no rotation"));
+  CHECK_THAT(refused([](auto& rig) { rig.T_right_left.translation().x() = kNan; }),
+             Catch::Contains("T_right_left has the translation (nan"));
+  CHECK_THAT(
+      refused([&](auto& rig) { rig.T_body_left = Eigen::Isometry3d(Eigen::Translation3d(0, kNan, 0)); }),
+      Catch::Contains("T_body_left has the translation"));
+}
+
+TEST_CASE("Another thread may ask for results while frames are processed", "[library][threads]") {
+  StereoSlam slam(kTinyCamera);
+  constexpr std::size_t kFrames = 6;
+  std::atomic<bool> done = false;
+  std::size_t most = 0;
+  std::jthread reader([&] {
+    while (!done) {
+      const auto frames = slam.trajectory();
+      most = std::max(most, frames.size());
+      (void)slam.map_points();
+      (void)slam.keyframes();
+    }
+  });
+  for (std::size_t i = 0; i < kFrames; ++i) {
+    const auto [left, right] = tiny_images(static_cast<int>(i));
+    (void)slam.process(left, right, static_cast<std::int64_t>(i) * kPeriod_ns);
+  }
+  slam.finish();
+  done = true;
+  reader.join();
+  CHECK(most <= kFrames);
+  CHECK(slam.trajectory().size() == kFrames);
 }
 
 TEST_CASE("Options that cannot be used are refused with their name", "[library]") {
