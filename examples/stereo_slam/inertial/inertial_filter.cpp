@@ -103,7 +103,10 @@ InertialPrior InertialFilter::prior(const std::optional<PoseGaussian>& T_previou
   return prior;
 }
 
-void InertialFilter::begin_map(std::int64_t stamp_ns) { begin(stamp_ns, unknown()); }
+void InertialFilter::begin_map(std::int64_t stamp_ns) {
+  keyframe_ns_ = stamp_ns;
+  begin(stamp_ns, unknown());
+}
 
 /// Begins to estimate a state relative to the IMU itself.
 void InertialFilter::begin(std::int64_t stamp_ns, const InertialState& itself) {
@@ -197,6 +200,10 @@ void InertialFilter::try_to_run(const SeenFrame& seen) {
     return;
   }
   state_ = at_pose(with_known_gravity(state_), in_imu(seen.T_keyframe_camera));
+  const Matrix3<double> R_imu_camera = sensor_.T_camera_imu.rotation_matrix().transpose();
+  state_ =
+      with_path_error(state_, R_imu_camera * tilt_path_.rotation_covariance() * R_imu_camera.transpose());
+  tilt_path_.begin(R_imu_camera.transpose() * std::get<0>(state_.state).vectors.col(0));
   summary_.phase = InertialPhase::kRunning;
   ++summary_.starts;
 }
@@ -277,9 +284,18 @@ void InertialFilter::forget_samples() {
   samples_.erase(samples_.begin(), kept);
 }
 
-void InertialFilter::change_keyframe() {
+LevelledLink InertialFilter::change_keyframe(const PoseGaussian& T_previous_keyframe) {
+  constexpr double kCorrelation_s = 1.0;  // of the errors of links by the images (docs/results/inertial.md)
+  const double link_s = 1e-9 * static_cast<double>(stamp_ns_ - std::exchange(keyframe_ns_, stamp_ns_));
   drift_.begin_keyframe();
-  if (running()) state_ = relative_to_itself(state_);
+  if (!running()) return tilt_path_.add(T_previous_keyframe, std::nullopt);
+  state_ = relative_to_itself(state_);
+  const Matrix3<double> R = sensor_.T_camera_imu.rotation_matrix();
+  const Matrix3<double> of_path = state_.covariance.block<3, 3>(StatePart::kPath, StatePart::kPath);
+  const Vector3<double> turn = std::exchange(std::get<6>(state_.state), Vector3<double>::Zero());
+  LevelledLink link = tilt_path_.add(T_previous_keyframe, KnownTurn{R * turn, R * of_path * R.transpose()});
+  link.levelling.share_before = std::exp(-link_s / kCorrelation_s);
+  return link;
 }
 
 InertialEstimate InertialFilter::estimate() const {

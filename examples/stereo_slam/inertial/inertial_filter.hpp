@@ -9,6 +9,7 @@
 
 #include "stereo_slam/core/imu_readings.hpp"
 #include "stereo_slam/core/inertial_estimate.hpp"
+#include "stereo_slam/core/tilt_measurement.hpp"
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/inertial/image_drift.hpp"
 #include "stereo_slam/inertial/inertial_state.hpp"
@@ -16,6 +17,7 @@
 #include "stereo_slam/inertial/motion_fusion.hpp"
 #include "stereo_slam/inertial/noise_in_motion.hpp"
 #include "stereo_slam/inertial/reading_faults.hpp"
+#include "stereo_slam/inertial/tilt_path.hpp"
 
 namespace stereo_slam {
 
@@ -73,8 +75,9 @@ class InertialFilter {
   /// Takes what the images showed of the frame; `prior` is that of this frame, if there was one.
   void end_frame(const SeenFrame& seen, const std::optional<InertialPrior>& prior);
 
-  /// Makes the last frame the reference keyframe.
-  void change_keyframe();
+  /// Makes the last frame the reference keyframe. Takes the link to it by the images and returns the one for
+  /// the path, which has the tilt that gravity tells.
+  [[nodiscard]] LevelledLink change_keyframe(const PoseGaussian& T_previous_keyframe);
 
   /// Velocity, gravity and biases of the last frame that was measured in, or predicted now.
   [[nodiscard]] InertialEstimate estimate() const;
@@ -114,10 +117,12 @@ class InertialFilter {
   std::int64_t moved_ns_ = 0;       // by how much their stamps were made earlier
   NoiseInMotion noise_;
   ImageDrift drift_;
+  TiltPath tilt_path_;
   std::vector<SeenRotation> rotations_;  // of the last frames, to find the cause of a contradiction
   std::optional<InertialStep> predicted_;
   InertialState state_ = unknown_state();  // relative to the keyframe while it runs, else to itself
   std::int64_t stamp_ns_ = 0;              // of the state
+  std::int64_t keyframe_ns_ = 0;           // of the reference keyframe
   bool begun_ = false;
   bool given_up_ = false;
   int motions_ = 0;  // measured since the start began

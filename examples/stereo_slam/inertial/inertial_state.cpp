@@ -45,7 +45,16 @@ InertialState unknown_state(double delay_sigma_s) {
 }
 
 InertialState relative_to_itself(const InertialState& state) {
-  InertialState itself = antipode::change_keyframe(state).state;
+  // The path has the pose of the IMU as it is estimated: its errors add up.
+  const Matrix3<double> R_imu_reference = std::get<0>(state.state).pose.rotation_matrix().transpose();
+  InertialState moved = state;
+  auto& path = std::get<6>(moved.state);
+  path = (R_imu_reference * path).eval();
+  StateMatrix A = StateMatrix::Identity();
+  A.block<3, 3>(StatePart::kPath, StatePart::kPath) = R_imu_reference;
+  A.block<3, 3>(StatePart::kPath, StatePart::kPhi).setIdentity();
+  moved.covariance = congruence(A, state.covariance);
+  InertialState itself = antipode::change_keyframe(moved).state;
   itself.covariance.block<3, 3>(StatePart::kPhi, StatePart::kPhi).diagonal().setConstant(kPoseVariance);
   itself.covariance.block<3, 3>(StatePart::kRho, StatePart::kRho).diagonal().setConstant(kPoseVariance);
   return itself;
@@ -73,8 +82,21 @@ InertialState at_pose(const InertialState& itself, const PoseGaussian& T_referen
   StateMatrix A = StateMatrix::Identity();
   A.block<3, 3>(StatePart::kNu, StatePart::kPhi) = -antipode::skew(u);
   A.block<3, 3>(StatePart::kGamma, StatePart::kPhi) = -antipode::skew(g);
+  auto& path = std::get<6>(state.state);
+  path = (R * path).eval();
+  A.block<3, 3>(StatePart::kPath, StatePart::kPath) = R;
+  A.block<3, 3>(StatePart::kPath, StatePart::kPhi) = -R;
   state.covariance = congruence(A, P);
   return state;
+}
+
+InertialState with_path_error(const InertialState& state, const Matrix3<double>& covariance) {
+  InertialState known = state;
+  known.covariance.middleRows<3>(StatePart::kPath).setZero();
+  known.covariance.middleCols<3>(StatePart::kPath).setZero();
+  known.covariance.block<3, 3>(StatePart::kPath, StatePart::kPath) = covariance;
+  std::get<6>(known.state).setZero();
+  return known;
 }
 
 InertialState without_velocity(const InertialState& itself) {
@@ -95,7 +117,7 @@ PoseGaussian conjugated(const Pose& T_b_a, const PoseGaussian& X) {
 }
 
 InertialEstimate estimate_of(const InertialState& itself) {
-  const auto& [x, biases, turn, delay, offset, drift] = itself.state;
+  const auto& [x, biases, turn, delay, offset, drift, path] = itself.state;
   InertialEstimate estimate{.phase = InertialPhase::kRunning,
                             .velocity = x.velocity,
                             .gravity = x.vectors.col(0),

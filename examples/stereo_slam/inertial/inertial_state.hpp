@@ -10,8 +10,9 @@
 
 /// @file
 /// The state of the inertial filter: pose T_reference_imu, velocity and gravity in the axes of the reference,
-/// the biases, the turn of the sensor, the delay of its stamps, its offset, and the drift of the images, 31
-/// dimensions (docs/guides/inertial.md). The reference is a keyframe's IMU, or the IMU itself at the frame.
+/// the biases, the turn of the sensor, the delay of its stamps, its offset, the drift of the images, and the
+/// error of the path, 34 dimensions (docs/guides/inertial.md). The reference is a keyframe's IMU, or the IMU
+/// itself at the frame.
 ///
 /// The axes of the IMU are those of the calibration, fixed to the camera. Those in which it reads are turned
 /// by what is wrong with the calibration: a reading x is Exp(turn) x in the axes of the IMU. Likewise the
@@ -24,22 +25,28 @@
 /// The drift is what the motions that the images show have wrong in common for seconds, in standard
 /// deviations (ReadMotion::drift). The pose is the one that the images show, with this error; velocity and
 /// gravity in the axes of the IMU are the true ones.
+///
+/// The error of the path is how far the reference is turned, in the axes of its IMU, from where the path over
+/// the keyframes has it, relative to the first one. No reading depends on it. It is known through what the
+/// errors of the path have in common with those of gravity: the errors of the poses are in both, and the
+/// vertical in the axes of the first keyframe, which they make, never becomes less certain.
 namespace stereo_slam {
 
 using InertialChart = antipode::InertialChart<double, antipode::VectorChart<double, 3>,  // turn, rad
                                               antipode::VectorChart<double, 1>,          // delay, s
                                               antipode::VectorChart<double, 3>,          // offset, m
-                                              antipode::VectorChart<double, 6>>;         // drift
+                                              antipode::VectorChart<double, 6>,          // drift
+                                              antipode::VectorChart<double, 3>>;         // path, rad
 using InertialState = antipode::StateGaussian<InertialChart>;
 using InertialMotion = antipode::InertialMotion<double>;
 using StateMatrix = antipode::Matrix<double, InertialChart::kDim>;
 using StateByPose = antipode::Matrix<double, InertialChart::kDim, 6>;
 
 /// The first coordinates of the parts of a tangent vector (phi, nu, rho, gamma, b_g, b_a, turn, delay,
-/// offset, drift).
+/// offset, drift, path).
 struct StatePart {
   static constexpr int kPhi = 0, kNu = 3, kRho = 6, kGamma = 9, kGyro = 12, kAccel = 15, kTurn = 18,
-                       kDelay = 21, kOffset = 22, kDrift = 25;
+                       kDelay = 21, kOffset = 22, kDrift = 25, kPath = 31;
 };
 
 /// The motion by the readings of an IMU, and what it depends on besides the state at its beginning.
@@ -72,6 +79,9 @@ inline constexpr double kGravity = 9.81;  ///< m/s^2; it differs by .03 from pla
 
 /// A state relative to the IMU itself, moved to the pose T_reference_imu, whose error is independent.
 [[nodiscard]] InertialState at_pose(const InertialState& itself, const PoseGaussian& T_reference_imu);
+
+/// The state with an error of the path that is independent of the rest, in the axes of the reference.
+[[nodiscard]] InertialState with_path_error(const InertialState& state, const Matrix3<double>& covariance);
 
 /// A state relative to the IMU itself that knows its gravity and biases, but not its velocity: as after a
 /// time without samples.

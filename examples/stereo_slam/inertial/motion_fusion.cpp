@@ -46,6 +46,7 @@ template <int Columns>
 
 /// How the state at the end of a motion depends on the drift of the images: the pose that they show turns and
 /// moves relative to the IMU, and velocity and gravity, whose axes are those of the reference, turn with it.
+/// The path, which has this pose, is turned from the true one.
 [[nodiscard]] StateByPose by_drift(const antipode::ExtendedPose<double, 3>& end,
                                    const Vector6<double>& drift) {
   const Matrix3<double> R_end_reference = end.pose.rotation_matrix().transpose();
@@ -57,6 +58,7 @@ template <int Columns>
   result.block<3, 3>(StatePart::kGamma, 0) =
       -antipode::skew(Vector3<double>(R_end_reference * end.vectors.col(0))) * angles;
   result.block<3, 3>(StatePart::kRho, 3) = drift.tail<3>().asDiagonal();
+  result.block<3, 3>(StatePart::kPath, 0) = -R_end_reference.transpose() * angles;
   return result;
 }
 

@@ -96,7 +96,7 @@ void set_effect_of_offset(const EndReadings& at, ReadMotion& read) {
 
 ReadMotion read_motion(std::span<const ImuSample> samples, const antipode::TimeInterval& images,
                        const InertialState& state, const ImuNoise& noise) {
-  const auto& [navigation, biases, turn, delay, offset, drift] = state.state;
+  const auto& [navigation, biases, turn, delay, offset, drift, path] = state.state;
   const std::int64_t delay_ns = std::llround(1e9 * delay[0]);
   const antipode::TimeInterval interval{images.begin_ns + delay_ns, images.end_ns + delay_ns};
   const auto turned = turned_samples(samples, interval, rotation_by(turn));

@@ -3,8 +3,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
+#include "stereo_slam/core/tilt_measurement.hpp"
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/rig/lens_residual.hpp"
@@ -27,14 +29,16 @@ struct Keyframe {
   std::size_t segment = 0;  ///< of the map; a loss begins a new one
   std::vector<KeyframePoint> points;
   PoseGaussian T_previous_keyframe;  ///< pose relative to the keyframe before; unused for the first keyframe
-  PoseGaussian T_world_keyframe;     ///< current estimate, without the common error; loops correct it
-  double path_length_m = 0.0;        ///< from the first keyframe, along the keyframes
+  std::optional<TiltMeasurement> tilt{};  ///< by gravity, relative to the first keyframe of the run
+  PoseGaussian T_world_keyframe;          ///< current estimate, without the common error; loops correct it
+  double path_length_m = 0.0;             ///< from the first keyframe, along the keyframes
 };
 
-/// The pose of a keyframe relative to the one before, by the keyframe's id.
+/// The pose of a keyframe relative to the one before, and its tilt, by the keyframe's id.
 struct KeyframeLink {
   std::size_t keyframe = 0;
   PoseGaussian T_previous_keyframe;
+  std::optional<TiltMeasurement> tilt{};
 };
 
 /// Points of a keyframe with the ids of their landmarks, one per point. Without ids no point has a landmark.

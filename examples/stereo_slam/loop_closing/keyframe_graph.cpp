@@ -20,6 +20,7 @@ void KeyframeGraph::load(const SavedMap& map, MapUse use) {
   for (const auto& loop : map.loops) segments_.join(segment_of(loop.from), segment_of(loop.to));
   drop_guesses();
   loops_ = map.loops;
+  first_of_run_ = keyframes_.size();
   if (use == MapUse::kLocalise) fixed_keyframes_ = map.keyframes.size();
 }
 
@@ -38,7 +39,7 @@ std::size_t KeyframeGraph::add(Keyframe keyframe) {
     }
     keyframe.T_world_keyframe = compose_first_order(previous.T_world_keyframe, keyframe.T_previous_keyframe);
     keyframe.path_length_m = previous.path_length_m + keyframe.T_previous_keyframe.pose.translation().norm();
-    odometry_.push_back({id - 1, id, keyframe.T_previous_keyframe, !begins_segment});
+    odometry_.push_back({id - 1, id, keyframe.T_previous_keyframe, !begins_segment, keyframe.tilt});
   }
   if (begins_segment) segments_.begin(id);
   keyframes_.push_back(std::move(keyframe));
@@ -114,8 +115,9 @@ void KeyframeGraph::drop_guesses() {
 
 void KeyframeGraph::replace(const std::vector<KeyframeLink>& links) {
   if (links.empty()) return;
-  for (const auto& [id, T_previous_keyframe] : links) {
+  for (const auto& [id, T_previous_keyframe, tilt] : links) {
     keyframes_.at(id).T_previous_keyframe = T_previous_keyframe;
+    keyframes_[id].tilt = odometry_[id - 1].tilt = tilt;
     odometry_[id - 1].T_from_to = T_previous_keyframe;
   }
   if (!loops_.empty()) return;
@@ -147,6 +149,7 @@ PoseGraph KeyframeGraph::pose_graph() const {
   PoseGraph graph{.poses = {},
                   .odometry = odometry_,
                   .loops = loops_,
+                  .first = first_of_run_,
                   .gauge = fixed_keyframes_,
                   .common_error_rad = common_error_rad_};
   for (const auto& keyframe : keyframes_) graph.poses.push_back(keyframe.T_world_keyframe.pose);

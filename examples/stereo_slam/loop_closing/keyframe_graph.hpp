@@ -92,6 +92,7 @@ class KeyframeGraph {
   MapSegments segments_;
   std::vector<PoseGraphEdge> odometry_;  // edge k leads from keyframe k to k + 1
   std::vector<PoseGraphEdge> loops_;     // accepted
+  std::size_t first_of_run_ = 0;         // after those of the loaded map
   std::size_t fixed_keyframes_ = 1;      // gauge of the pose graph
   double common_error_rad_;
 };

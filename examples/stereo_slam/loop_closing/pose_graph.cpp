@@ -17,6 +17,7 @@
 
 #include "stereo_slam/core/symmetric_solve.hpp"
 #include "stereo_slam/loop_closing/selected_inverse.hpp"
+#include "stereo_slam/loop_closing/tilt_cost.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -65,6 +66,11 @@ class Problem {
     for (const auto& edge : graph.loops) {
       losses_.push_back(std::make_unique<ceres::LossFunctionWrapper>(nullptr, ceres::TAKE_OWNERSHIP));
       loops_.push_back(add(edge, losses_.back().get()));
+    }
+    for (const auto& edge : graph.odometry) {
+      if (!edge.tilt || edge.tilt->whitening.isZero(0.0)) continue;
+      problem_.AddResidualBlock(new TiltCost(*edge.tilt), nullptr, blocks_.at(graph.first).data(),
+                                blocks_[edge.to].data());
     }
   }
 
@@ -301,12 +307,16 @@ class GraphInformation {
                                           const std::vector<PoseGraphEdge>& odometry) const {
     MatrixX6 result = MatrixX6::Zero(jacobian.rows(), 6);
     for (std::size_t k = 0; k < odometry.size(); ++k) {
-      const auto& [from, to, T_from_to, measured] = odometry[k];
+      const auto& [from, to, T_from_to, measured, tilt] = odometry[k];
       const int column = first_variable_[to];
       if (column < 0 || !measured) continue;
       const auto row = static_cast<Eigen::Index>(6 * k);
-      result.middleRows<6>(row) =
-          jacobian.block(row, column, 6, 6).toDense() * common_error_per_rad(T_from_to).asDiagonal();
+      const Matrix6<double> J_to = jacobian.block(row, column, 6, 6).toDense();
+      if (tilt) {
+        result.middleRows<6>(row) = J_to * common_error_per_rad(T_from_to, *tilt);
+      } else {
+        result.middleRows<6>(row) = J_to * common_error_per_rad(T_from_to).asDiagonal();
+      }
     }
     return result;
   }

@@ -3,9 +3,11 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "stereo_slam/core/pose_estimate.hpp"
+#include "stereo_slam/core/tilt_measurement.hpp"
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
@@ -17,6 +19,7 @@ struct PoseGraphEdge {
   std::size_t to = 0;
   PoseGaussian T_from_to;
   bool measured = true;  ///< false: T_from_to is a guess, which has no part in the common error
+  std::optional<TiltMeasurement> tilt{};  ///< of the odometry: that of `to`, relative to PoseGraph::first
 };
 
 /// Poses and relative measurements between them. The first poses are fixed: they are the gauge.
@@ -24,6 +27,7 @@ struct PoseGraph {
   std::vector<Pose> poses;              ///< T_world_node
   std::vector<PoseGraphEdge> odometry;  ///< without a robust loss
   std::vector<PoseGraphEdge> loops;     ///< may be outliers: they get a robust loss
+  std::size_t first = 0;                ///< first keyframe of the run, to which tilts are relative
   std::size_t gauge = 1;                ///< number of fixed poses, at least one
   double common_error_rad = 0.0;        ///< standard deviation of the odometry's common error (LinkedPose)
 };

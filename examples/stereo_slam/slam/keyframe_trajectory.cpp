@@ -45,11 +45,11 @@ void KeyframeTrajectory::append(const PoseGaussian& T_keyframe_camera, bool meas
   frames_.push_back({reference(), T_keyframe_camera, measured});
 }
 
-void KeyframeTrajectory::add_keyframe(std::size_t frame, const PoseGaussian& T_previous_keyframe) {
-  const bool measured = frames_.back().measured;
-  const LinkedPose T_world_keyframe =
-      add_link(keyframes_.back().T_world_keyframe, T_previous_keyframe, measured);
-  keyframes_.push_back({frame, T_previous_keyframe, T_world_keyframe, frames_.size() - 1, measured});
+void KeyframeTrajectory::add_keyframe(std::size_t frame, const LevelledLink& link) {
+  const auto& [T_previous_keyframe, tilt, levelling] = link;
+  keyframes_.push_back(
+      {frame, T_previous_keyframe, tilt, levelling, {}, frames_.size() - 1, frames_.back().measured});
+  keyframes_.back().T_world_keyframe = composed(reference());
   T_odometry_keyframe_ = in_odometry_frame(T_previous_keyframe.pose);
   frames_.back() = {reference(), PoseGaussian{}};  // the keyframe's own frame moves with it
 }
@@ -61,11 +61,43 @@ void KeyframeTrajectory::replace(std::size_t position, const PoseGaussian& T_key
 
 void KeyframeTrajectory::correct(const std::vector<LinkedPose>& T_world_keyframe) {
   for (std::size_t k = 0; k < keyframes_.size(); ++k) {
-    auto& keyframe = keyframes_[k];
-    keyframe.T_world_keyframe =
-        k < T_world_keyframe.size()
-            ? T_world_keyframe[k]
-            : add_link(keyframes_[k - 1].T_world_keyframe, keyframe.T_previous_keyframe, keyframe.measured);
+    keyframes_[k].T_world_keyframe = k < T_world_keyframe.size() ? T_world_keyframe[k] : composed(k);
+  }
+}
+
+/// The pose of a keyframe by that of the keyframe before. In the world of a loaded map the first keyframe is
+/// uncertain: only the pose graph knows what its tilt has in common with that of this one.
+LinkedPose KeyframeTrajectory::composed(std::size_t id) const {
+  const KeyframePose& keyframe = keyframes_[id];
+  const bool first_is_origin = keyframes_.front().T_world_keyframe.estimate.covariance.isZero(0.0);
+  return add_link(keyframes_[id - 1].T_world_keyframe, keyframe.T_previous_keyframe, keyframe.measured,
+                  first_is_origin ? keyframe.tilt : std::nullopt);
+}
+
+bool KeyframeTrajectory::spread_levelling() {
+  bool any = false;
+  Vector3<double> turn = Vector3<double>::Zero();  // of the keyframe by later ones
+  for (std::size_t id = reference(); id > 0; --id) {
+    auto& [frame, T_previous_keyframe, tilt, levelling, T_world_keyframe, position, measured] =
+        keyframes_[id];
+    if (tilt) tilt = turned(*tilt, turn);
+    any = any || tilt;
+    const Vector3<double> turn_here = turn + levelling.turn;
+    turn = levelling.share_before * (T_previous_keyframe.pose.rotation_matrix() * turn_here);
+  }
+  return any;
+}
+
+/// Gives the path over the links the tilts of its keyframes.
+void KeyframeTrajectory::level_links() {
+  Pose T_first_keyframe = Pose::identity();
+  for (KeyframePose& keyframe : keyframes_) {
+    Pose& T_previous_keyframe = keyframe.T_previous_keyframe.pose;
+    if (keyframe.tilt) {
+      const Pose turn = levelling_turn(T_first_keyframe * T_previous_keyframe, *keyframe.tilt);
+      T_previous_keyframe = (T_previous_keyframe * turn).renormalized();
+    }
+    T_first_keyframe = (T_first_keyframe * T_previous_keyframe).renormalized();
   }
 }
 
@@ -124,7 +156,12 @@ std::vector<KeyframeLink> KeyframeTrajectory::remeasure(const std::vector<Motion
     T_previous_keyframe.pose = change.of(T_previous_keyframe.pose);
     T_previous_keyframe.covariance += change.nonlinearity - change.covariance_before;
     T_previous_keyframe.covariance += change.covariance;
-    changed.push_back({id, T_previous_keyframe});
+  }
+  level_links();
+  for (std::size_t id = 1; id < keyframes_.size(); ++id) {
+    const KeyframePose& keyframe = keyframes_[id];
+    if (changes[id - 1].is_corrected || keyframe.tilt)
+      changed.push_back({id, keyframe.T_previous_keyframe, keyframe.tilt});
   }
   correct({keyframes_.front().T_world_keyframe});
   return changed;

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "stereo_slam/core/pose_estimate.hpp"
+#include "stereo_slam/core/tilt_measurement.hpp"
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/loop_closing/keyframe.hpp"
 #include "stereo_slam/rig/seen_motion.hpp"
@@ -28,9 +30,9 @@ class KeyframeTrajectory {
   /// predicted pose.
   void append(const PoseGaussian& T_keyframe_camera, bool measured);
 
-  /// Makes the last frame, input frame `frame`, the reference keyframe. `T_previous_keyframe` is its pose
-  /// relative to the last keyframe.
-  void add_keyframe(std::size_t frame, const PoseGaussian& T_previous_keyframe);
+  /// Makes the last frame, input frame `frame`, the reference keyframe. The link is its pose relative to the
+  /// last keyframe.
+  void add_keyframe(std::size_t frame, const LevelledLink& link);
 
   /// Replaces the pose of an earlier frame by one relative to the reference keyframe. The frame counts as
   /// measured then.
@@ -45,6 +47,10 @@ class KeyframeTrajectory {
   /// keyframes whose pose relative to the keyframe before changed, in order.
   std::vector<KeyframeLink> remeasure(const std::vector<MotionChange>& changes,
                                       const std::vector<FrameChange>& frames = {});
+
+  /// Spreads the levelling of each keyframe over the keyframes before, which share the error that it
+  /// corrects. The poses follow with remeasure(). Returns whether there are tilts.
+  bool spread_levelling();
 
   /// Keeps the path in the odometry frame, which no loop corrects, continuous over a relocalisation: the path
   /// goes on from the predicted pose `expected`, not from the measured one, `found`. Both are
@@ -65,6 +71,9 @@ class KeyframeTrajectory {
   [[nodiscard]] std::size_t reference_frame() const noexcept { return keyframes_.back().frame; }
   [[nodiscard]] const PoseGaussian& T_previous_reference() const noexcept {
     return keyframes_.back().T_previous_keyframe;
+  }
+  [[nodiscard]] const std::optional<TiltMeasurement>& tilt_of_reference() const noexcept {
+    return keyframes_.back().tilt;
   }
   [[nodiscard]] const Pose& T_world_keyframe(std::size_t id) const {
     return keyframes_[id].T_world_keyframe.estimate.pose;
@@ -87,6 +96,8 @@ class KeyframeTrajectory {
   struct KeyframePose {
     std::size_t frame = 0;
     PoseGaussian T_previous_keyframe;
+    std::optional<TiltMeasurement> tilt{};  ///< relative to the first keyframe
+    Levelling levelling{};                  ///< of the link
     LinkedPose T_world_keyframe;
     std::size_t position = 0;  ///< of its own frame in frames_
     bool measured = true;      ///< T_previous_keyframe was measured, not only predicted
@@ -99,6 +110,8 @@ class KeyframeTrajectory {
     Matrix6<double> recorded_covariance = T_keyframe_camera.covariance;
   };
 
+  [[nodiscard]] LinkedPose composed(std::size_t id) const;
+  void level_links();
   void remeasure_frames(const std::vector<MotionChange>& changes, const std::vector<FrameChange>& frames);
 
   std::vector<KeyframePose> keyframes_{1};

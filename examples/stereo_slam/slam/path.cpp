@@ -33,7 +33,9 @@ void Path::append_unknown(const CalibrationError& error, FrameResult& result) {
 
 void Path::report_keyframe(FrameResult& result) const {
   result.relative_covariance = trajectory_.T_previous_reference().covariance;
-  result.T_world_camera.covariance = in_world(PoseGaussian{}, result.calibration).covariance;
+  const PoseGaussian T_world_camera = in_world(PoseGaussian{}, result.calibration);
+  result.T_world_camera.covariance = T_world_camera.covariance;
+  if (trajectory_.tilt_of_reference()) result.T_world_camera.pose = T_world_camera.pose;
 }
 
 bool Path::correct_before(std::size_t frame) {
@@ -50,7 +52,12 @@ void Path::search_loops(const Keyframe& keyframe, const cv::Mat& left, const Len
 
 void Path::finish(const std::vector<MotionChange>& learned, const std::vector<FrameChange>& frames) {
   std::vector<KeyframeLink> links;
-  if (!learned.empty()) links = trajectory_.remeasure(learned, frames);
+  const bool tilts = trajectory_.spread_levelling();
+  if (!learned.empty()) {
+    links = trajectory_.remeasure(learned, frames);
+  } else if (tilts) {
+    links = trajectory_.remeasure(std::vector<MotionChange>(trajectory_.reference()));
+  }
   const auto correction = loops_ ? loops_->finish(links) : std::nullopt;
   if (correction) correct(*correction);
 }

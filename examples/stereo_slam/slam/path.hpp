@@ -43,7 +43,8 @@ class Path {
   /// Gives the points of the reference keyframe to the loop closing; `left` is its image.
   void search_loops(const Keyframe& keyframe, const cv::Mat& left, const LensResidual& lens);
 
-  /// Replaces the covariances in the result of the last frame by those of the keyframe that it became.
+  /// Replaces the covariances in the result of the last frame by those of the keyframe that it became, and
+  /// the pose if gravity told its tilt.
   void report_keyframe(FrameResult& result) const;
 
   /// After the last frame: corrects the motions between keyframes, and frames between them, by what was

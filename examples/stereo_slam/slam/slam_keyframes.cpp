@@ -110,9 +110,8 @@ void Slam::change_keyframe_by_motion(const TrackedPose& tracked, const FrameImag
 void Slam::move_reference(std::size_t frame, PoseGaussian T_previous_keyframe,
                           const KeyframeMotion& learned) {
   T_previous_keyframe.covariance += learned.covariance;
-  path_.trajectory().add_keyframe(frame, T_previous_keyframe);
+  path_.trajectory().add_keyframe(frame, motion_.inertial().change_keyframe(T_previous_keyframe));
   posterior_ = certain_pose();
-  motion_.inertial().change_keyframe();
   local_map_.restart(path_.trajectory().reference());
 }
 
@@ -155,6 +154,7 @@ void Slam::begin_keyframe(const FrameImages& images, std::vector<KeyframePoint> 
   reference_.keyframe.segment = path_.segment().current();
   reference_.keyframe.points = std::move(points);
   reference_.keyframe.T_previous_keyframe = path_.trajectory().T_previous_reference();
+  reference_.keyframe.tilt = path_.trajectory().tilt_of_reference();
   path_.search_loops(reference_.keyframe, reference_.left, right_camera_.lens());
 }
 

@@ -77,6 +77,30 @@ TEST_CASE("An error that the motions of all images have in common does not pass 
   CHECK(largest_rad_s > kShare * kOdometry_rad / (1e-9 * kFrame_ns));  // the error is there
 }
 
+TEST_CASE("The tilt of the path over keyframes stays within its covariance, which stays bounded",
+          "[inertial][tilt]") {
+  constexpr int kFlights = 30;
+  double nees = 0.0, early_rad = 0.0, late_rad = 0.0, of_images_rad = 0.0;
+  for (int seed = 0; seed < kFlights; ++seed) {
+    Tracker tracker(Flight{}, static_cast<std::uint64_t>(500 + seed));
+    tracker.run(400);
+    const auto sigma = [&](const LinkedPose& path) {
+      return std::sqrt(tracker.tilt_error(path).covariance.trace());
+    };
+    early_rad += sigma(tracker.path()) / kFlights;
+    tracker.run(1600);
+    late_rad += sigma(tracker.path()) / kFlights;
+    of_images_rad += sigma(tracker.path_of_images()) / kFlights;
+    const auto [e, P] = tracker.tilt_error(tracker.path());
+    nees += e.dot(P.ldlt().solve(e)) / kFlights;
+  }
+  CAPTURE(nees, early_rad, late_rad, of_images_rad);
+  CHECK(late_rad < 1.1 * early_rad);  // the path of the images has twice as much after four times the way
+  CHECK(late_rad < 0.5 * of_images_rad);
+  CHECK(nees < 2.0 + 3.3 * 2.0 / std::sqrt(kFlights));  // less: the filter doubles the noise of the IMU
+  CHECK(nees > 0.2);
+}
+
 TEST_CASE("A second without images is bridged to two centimetres", "[inertial]") {
   Tracker tracker(Flight{}, 7);
   tracker.sees = [](int frame) { return frame < 300 || frame >= 320; };

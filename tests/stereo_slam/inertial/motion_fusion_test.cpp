@@ -9,6 +9,7 @@
 #include <Eigen/LU>
 
 #include <antipode/filters/marginal_update.hpp>
+#include <antipode/geometry/jacobians.hpp>
 
 #include "stereo_slam/support/flight.hpp"
 #include "support/catch.hpp"
@@ -104,6 +105,36 @@ TEST_CASE("Fusing is the update of pose before and state together", "[inertial][
       posterior * H.transpose() * z.covariance.inverse() * innovation;
   const auto moved = InertialChart::local(before.state.state, fused.step.state.state);
   CHECK((moved - expected.tail<kState>()).norm() < 1e-6 * expected.norm() + 1e-12);
+}
+
+/// The covariance of the vertical on the path: what the errors of path and gravity make, in the axes of the
+/// reference.
+[[nodiscard]] Matrix3<double> vertical_covariance(const InertialState& state) {
+  const auto& x = std::get<0>(state.state);
+  antipode::Matrix<double, 3, InertialChart::kDim> H =
+      antipode::Matrix<double, 3, InertialChart::kDim>::Zero();
+  H.middleCols<3>(StatePart::kPath) = -antipode::skew(Vector3<double>(x.vectors.col(0)));
+  H.middleCols<3>(StatePart::kGamma) = x.pose.rotation_matrix();
+  return H * state.covariance * H.transpose();
+}
+
+TEST_CASE("The vertical on the path does not change with motions, drifts and keyframes",
+          "[inertial][fusion]") {
+  std::mt19937_64 random(8);
+  const InertialState state = random_state(random);
+  const Matrix3<double> before = vertical_covariance(state);
+  ReadMotion read = motion_of(Flight{});
+  read.drift << normal3(random, 1e-3), normal3(random, 1e-2);
+  CHECK(vertical_covariance(step(state, read).state).isApprox(before, 1e-9));
+  const Matrix3<double> R = std::get<0>(state.state).pose.rotation_matrix();
+  InertialState itself = relative_to_itself(state);
+  const Matrix3<double> after = R * vertical_covariance(itself) * R.transpose();
+  CHECK(after.isApprox(before, 1e-9));
+  // And back, with an error of the pose that is new.
+  const auto moved = at_pose(itself, measured(std::get<0>(state.state).pose, 1e-3, 1e-2, random));
+  const Matrix3<double> R_moved = std::get<0>(moved.state).pose.rotation_matrix();
+  const Matrix3<double> back = R_moved.transpose() * vertical_covariance(moved) * R_moved;
+  CHECK(back.isApprox(vertical_covariance(itself), 1e-9));
 }
 
 TEST_CASE("A turn of the sensor changes the step as turned readings do, to first order",

@@ -39,7 +39,7 @@ constexpr CalibrationError kError{.scale_sigma = 0.002, .axes_sigma_rad = 0.001,
     if (i == 0) result.is_keyframe = true;
     if (i > 0 && i % 3 == 0) {
       result.is_keyframe = true;
-      path.trajectory().add_keyframe(result.index, T_keyframe_camera);
+      path.trajectory().add_keyframe(result.index, {T_keyframe_camera});
       path.report_keyframe(result);
       T_keyframe_camera = {};
     }

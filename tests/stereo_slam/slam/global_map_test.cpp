@@ -40,7 +40,7 @@ struct Run {
   void next_keyframe() {
     const PoseGaussian motion{test::car_motion(2.0), 1e-4 * Matrix6<double>::Identity()};
     trajectory.append(motion, true);
-    trajectory.add_keyframe(trajectory.frames() - 1, motion);
+    trajectory.add_keyframe(trajectory.frames() - 1, {motion});
     local_map.restart(trajectory.reference());
     observe(10);
   }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "stereo_slam/core/pose_estimate.hpp"
+#include "stereo_slam/core/tilt_measurement.hpp"
 #include "stereo_slam/support/scenes.hpp"
 #include "support/catch.hpp"
 
@@ -23,7 +24,7 @@ KeyframeTrajectory drive() {
   for (std::size_t frame = 1; frame < 6; ++frame) {
     const PoseGaussian pose = step(frame % 2 == 0 ? 2.0 : 1.0);
     trajectory.append(pose, true);
-    if (frame % 2 == 0) trajectory.add_keyframe(frame, pose);
+    if (frame % 2 == 0) trajectory.add_keyframe(frame, {pose});
   }
   return trajectory;
 }
@@ -61,7 +62,7 @@ TEST_CASE("The common error of the links adds up from keyframe to keyframe", "[s
 TEST_CASE("A link that was only predicted has no common error", "[stereo_slam][slam]") {
   KeyframeTrajectory trajectory = drive();
   trajectory.append(step(2.0), false);
-  trajectory.add_keyframe(6, step(2.0));
+  trajectory.add_keyframe(6, {step(2.0)});
   const auto before = trajectory.poses(0.0), with = trajectory.poses(0.003);
   const double two_links = 2 * 0.003;
   CHECK(with[6].covariance(1, 1) - before[6].covariance(1, 1) == Approx(two_links * two_links).epsilon(1e-4));
@@ -101,7 +102,7 @@ TEST_CASE("A frame that a new segment takes over keeps its covariance relative t
   const PoseGaussian guess{test::car_motion(1.0), Matrix6<double>::Identity()};
   trajectory.append(guess, false);  // frame 6, lost
   trajectory.append(guess, true);
-  trajectory.add_keyframe(7, guess);
+  trajectory.add_keyframe(7, {guess});
   trajectory.replace(6, antipode::inverse(step(1.0)));
   CHECK(trajectory.poses(0.0)[6].pose.is_approx(trajectory.T_world_keyframe(3) * step(1.0).pose.inverse(),
                                                 1e-12));
@@ -148,7 +149,7 @@ TEST_CASE("Motions are corrected by what was learned of the rig since they were 
   change.covariance_before(5, 5) = 0.1 * 0.1 * 0.5 * 0.5;
   change.covariance(5, 5) = change.covariance_before(5, 5) / 400.0;
   link.covariance += change.covariance_before;
-  trajectory.add_keyframe(2, link);
+  trajectory.add_keyframe(2, {link});
   trajectory.append(step(1.0), true);
   const auto before = trajectory.poses(0.0);
   REQUIRE(trajectory.motions().size() == 1);
@@ -185,7 +186,7 @@ TEST_CASE("A frame between keyframes is corrected by its own change, and a keyfr
   between.covariance += own.change.covariance_before;
   trajectory.append(between, true);
   trajectory.append(step(2.0), true);
-  trajectory.add_keyframe(2, step(2.0));
+  trajectory.add_keyframe(2, {step(2.0)});
   FrameChange of_keyframe = own;  // noted before the frame became one
   of_keyframe.position = 2;
   MotionChange motion{.is_corrected = true};
@@ -196,6 +197,54 @@ TEST_CASE("A frame between keyframes is corrected by its own change, and a keyfr
   CHECK(after[2].pose.is_approx(step(2.0).pose.boxplus(motion.change), 1e-12));
   const double variance = step(1.0).covariance(3, 3) + 4e-4;
   CHECK(trajectory.relative_covariances()[1](3, 3) == Approx(variance).epsilon(1e-9));
+}
+
+TEST_CASE("What is learned of a motion does not change the tilt that gravity told", "[stereo_slam][slam]") {
+  KeyframeTrajectory trajectory;
+  trajectory.begin(0);
+  trajectory.append({}, true);
+  trajectory.append(step(2.0), true);
+  const Vector3<double> vertical = Vector3<double>::UnitY();
+  const KnownTurn turn{{0.01, 0.0, -0.02}, 1e-6 * Matrix3<double>::Identity()};
+  const LevelledLink link = level({}, step(2.0), vertical, turn);
+  trajectory.add_keyframe(1, link);
+  MotionChange change{.is_corrected = true};
+  change.change << 0.03, 0.0, 0.01, 0.0, 0.0, 0.03;
+  const auto links = trajectory.remeasure({change});
+  REQUIRE(links.size() == 1);
+  const PoseGaussian last = trajectory.poses(0.0).back();
+  CHECK(last.pose.is_approx(links[0].T_previous_keyframe.pose, 1e-12));
+  CHECK((last.pose.rotation_matrix().transpose() * vertical - link.tilt->vertical).norm() < 1e-12);
+  // The position does not depend on a turn at its end, and the covariance has the tilt.
+  const Pose unlevelled = link.T_previous_keyframe.pose.boxplus(change.change);
+  CHECK(last.pose.translation().isApprox(unlevelled.translation(), 1e-12));
+  CHECK(last.covariance(0, 0) < 1.1e-6);
+  CHECK(last.covariance(1, 1) > 0.9e-4);
+}
+
+TEST_CASE("The levelling of a keyframe is shared by the keyframes before", "[stereo_slam][slam]") {
+  KeyframeTrajectory trajectory;
+  trajectory.begin(0);
+  trajectory.append({}, true);
+  const Vector3<double> vertical = Vector3<double>::UnitY();
+  const double turn_rad = 0.02;  // about z, as are the axes of both keyframes
+  LinkedPose path;
+  for (std::size_t frame = 1; frame <= 2; ++frame) {
+    const PoseGaussian forward{Pose::identity(), 1e-4 * Matrix6<double>::Identity()};
+    trajectory.append(forward, true);
+    const double mean = frame == 2 ? turn_rad : 0.0;
+    LevelledLink link =
+        level(path, forward, vertical, {{0.0, 0.0, mean}, 1e-6 * Matrix3<double>::Identity()});
+    link.levelling.share_before = 0.25;
+    path = add_link(path, link.T_previous_keyframe, true, link.tilt);
+    trajectory.add_keyframe(frame, link);
+  }
+  CHECK(trajectory.spread_levelling());
+  (void)trajectory.remeasure(std::vector<MotionChange>(2));
+  const auto poses = trajectory.poses(0.0);
+  CHECK(poses[1].pose.log()[2] == Approx(0.25 * turn_rad).epsilon(1e-3));
+  CHECK(poses[2].pose.log()[2] == Approx(turn_rad));
+  CHECK_FALSE(drive().spread_levelling());  // without tilts
 }
 
 TEST_CASE("Motions of which nothing was learned stay as they are", "[stereo_slam][slam]") {

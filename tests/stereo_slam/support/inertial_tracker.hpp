@@ -11,6 +11,8 @@
 
 #include <Eigen/Cholesky>
 
+#include <antipode/geometry/jacobians.hpp>
+
 #include "stereo_slam/inertial/inertial_filter.hpp"
 #include "stereo_slam/support/flight.hpp"
 
@@ -63,6 +65,26 @@ class Tracker {
   }
   /// The error of the last pose relative to the keyframe, if the filter predicted it.
   [[nodiscard]] const Vector6<double>& prior_error() const { return prior_error_; }
+  /// The pose of the last keyframe relative to the first one, with the tilt that gravity tells.
+  [[nodiscard]] const LinkedPose& path() const { return path_; }
+  /// The same without.
+  [[nodiscard]] const LinkedPose& path_of_images() const { return path_of_images_; }
+  /// The error of the vertical in the axes of the last keyframe on a path, and its covariance.
+  struct TiltError {
+    Vector2<double> rad;
+    antipode::Matrix<double, 2> covariance;
+  };
+  [[nodiscard]] TiltError tilt_error(const LinkedPose& path) const {
+    const auto [pose, P] = path.estimate;
+    const Vector3<double> v = T_world_camera(0).rotation_matrix().transpose() * Vector3<double>::UnitZ();
+    const Vector3<double> u = pose.rotation_matrix().transpose() * v;
+    antipode::Matrix<double, 2, 3> across;
+    across << u.unitOrthogonal().transpose(), u.cross(u.unitOrthogonal()).transpose();
+    const antipode::Matrix<double, 2, 3> by_turn = across * antipode::skew(u);
+    const Pose T_first_keyframe = T_world_camera(0).inverse() * T_world_camera(keyframe_);
+    return {across * (T_first_keyframe.rotation_matrix().transpose() * v - u),
+            by_turn * P.topLeftCorner<3, 3>() * by_turn.transpose()};
+  }
   /// Frames whose measured motion was not used.
   [[nodiscard]] int contradictions() const { return contradictions_; }
 
@@ -122,7 +144,9 @@ class Tracker {
     seen_ = frame_;
     if (frame_ - keyframe_ < kFramesPerKeyframe) return;
     keyframe_ = frame_;
-    filter_.change_keyframe();
+    const LevelledLink link = filter_.change_keyframe(seen.T_keyframe_camera);
+    path_ = add_link(path_, link.T_previous_keyframe, false, link.tilt);
+    path_of_images_ = compose(path_of_images_, seen.T_keyframe_camera);
   }
   void note(const InertialPrior& prior) {
     prior_error_ = prior.T_keyframe_camera.pose.boxminus(shown(keyframe_).inverse() * shown(frame_));
@@ -138,6 +162,7 @@ class Tracker {
   std::mt19937_64 random_;
   antipode::Vector6<double> biases_;
   InertialFilter filter_;
+  LinkedPose path_, path_of_images_;
   std::vector<Pose> drifted_;  // of each frame: the pose of the IMU in the images, seen from the true one
   Vector6<double> prior_error_ = Vector6<double>::Constant(std::numeric_limits<double>::quiet_NaN());
   int frame_ = 0, keyframe_ = 0, seen_ = 0, contradictions_ = 0;
