@@ -114,9 +114,9 @@ void sum_absolute_differences(const RowSearch& search, std::vector<std::uint16_t
 [[nodiscard]] std::optional<Vector2<double>> search_line(const StereoView& view,
                                                          const Vector2<double>& point_px,
                                                          const StereoMatchingSettings& settings) {
-  const Vector2<double> infinity_px = view.rectification.right_position(point_px, 0.0);
+  const Vector2<double> infinity_px = view.geometry.right_position(point_px, 0.0);
   const Vector2<double> reach_px =
-      view.rectification.right_position(point_px, settings.max_disparity_px) - infinity_px;
+      view.geometry.right_position(point_px, settings.max_disparity_px) - infinity_px;
   const int columns = std::min(settings.max_disparity_px, static_cast<int>(-reach_px.x()));
   const cv::Size side(kSide_px, kSide_px);
   const auto window = [&](const Vector2<double>& px) {
@@ -149,9 +149,9 @@ void sum_absolute_differences(const RowSearch& search, std::vector<std::uint16_t
 /// Where the pattern around a point of the left image is in the right one, to a whole pixel.
 [[nodiscard]] std::optional<Vector2<double>> search(const StereoView& view, const Vector2<double>& point_px,
                                                     const StereoMatchingSettings& settings) {
-  if (view.rectification.exposure().is_late()) return search_line(view, point_px, settings);
+  if (view.geometry.exposure().is_late()) return search_line(view, point_px, settings);
   const auto rounded = [](double x) { return static_cast<int>(std::lround(x)); };
-  const double right_row = view.rectification.right_position(point_px, 0.0).y();
+  const double right_row = view.geometry.right_position(point_px, 0.0).y();
   const auto disparity =
       search_row(view.frame.left, view.frame.right, {rounded(point_px.x()), rounded(point_px.y())},
                  rounded(right_row), settings);
@@ -202,11 +202,11 @@ class SlopesInRight {
   if (!patch) return std::nullopt;
   const auto found = patch->align(right, *start_px);
   if (!found || found->correlation < kMinCorrelation) return std::nullopt;
-  const auto upright = view.rectification.measure(point_px, found->position_px);
+  const auto upright = view.geometry.measure(point_px, found->position_px);
   const LikelySlopes likely(upright.z, view.camera);
-  SlopesInRight slopes(view.rectification.exposure(), upright.z);
+  SlopesInRight slopes(view.geometry.exposure(), upright.z);
   const auto slanted = refine_slanted(left, point_px, right, found->position_px, slopes.seen(likely.all()));
-  auto measured = view.rectification.measure(point_px, slanted.right_px);
+  auto measured = view.geometry.measure(point_px, slanted.right_px);
   measured.disparity_slope = slopes.of_surface(slanted.disparity_slope);
   measured.correlation = std::max(found->correlation, slanted.correlation);
   measured.on_common_surface = likely.contain(measured.disparity_slope);

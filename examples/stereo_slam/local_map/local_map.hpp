@@ -11,7 +11,7 @@
 #include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/local_map/landmark.hpp"
 #include "stereo_slam/local_map/match.hpp"
-#include "stereo_slam/rig/rectification_residual.hpp"
+#include "stereo_slam/rig/pair_geometry.hpp"
 #include "stereo_slam/settings/settings.hpp"
 
 namespace stereo_slam {

@@ -62,14 +62,14 @@ struct PointSearch {
   [[nodiscard]] std::optional<FoundPoint> find(const StereoPlane& point,
                                                const Vector2<double>& left_px) const {
     const auto seen = view_plane(point, T_previous_current, view.camera);
-    const auto warp = seen ? right_warp(seen->plane, view.rectification.exposure()) : std::nullopt;
+    const auto warp = seen ? right_warp(seen->plane, view.geometry.exposure()) : std::nullopt;
     const auto patch = warp ? PatchTemplate::extract(view.frame.left, left_px, *warp, texture) : std::nullopt;
     if (!patch) return std::nullopt;
     const auto start_px = search_around(view.frame.left, view.frame.right, left_px,
-                                        view.rectification.right_position(left_px, seen->plane.z.z()));
+                                        view.geometry.right_position(left_px, seen->plane.z.z()));
     const auto right = start_px ? patch->align(view.frame.right, *start_px) : std::nullopt;
     if (!right || right->correlation < kLeastCorrelation) return std::nullopt;
-    return FoundPoint{point.z, view.rectification.measure(left_px, right->position_px), right->position_px};
+    return FoundPoint{point.z, view.geometry.measure(left_px, right->position_px), right->position_px};
   }
 };
 
@@ -111,7 +111,7 @@ struct PointSearch {
   for (const auto& point : points) {
     const auto expected = seen_by_second(point.previous, T_current_previous, view.camera);
     if (!expected) continue;
-    const StereoMeasurement current = view.rectification.measure(point.current.left_px, point.right_px);
+    const StereoMeasurement current = view.geometry.measure(point.current.left_px, point.right_px);
     constraints.push_back({.innovation = current.z - expected->z,
                            .S_inverse = S_inverse,
                            .J_pose = expected->J_motion,
@@ -143,7 +143,7 @@ std::optional<DisplacementEstimate> search_displacement(const std::vector<Stereo
     DisplacementPrior relative = prior;
     relative.mean -= displacement;
     StereoView displaced = view;
-    displaced.rectification = view.rectification.displaced_further(displacement);
+    displaced.geometry = view.geometry.displaced_further(displacement);
     estimate = estimate_displacement(linearise(agreeing_in_left, motion, displaced, settings.pixel_sigma_px),
                                      relative);
     if (!estimate) return std::nullopt;

@@ -26,8 +26,8 @@ std::vector<FollowedPoint> follow_in_left(const std::vector<StereoPlane>& previo
     const StereoPlane& plane = planes.emplace_back(previous[i * previous.size() / count]);
     expected.push_back(
         view_plane(plane, expected_T_previous_current, view.camera).value_or(PlaneView{plane, {}, {}}));
-    from.push_back(to_cv(view.rectification.left_position(plane.z)));
-    guess.push_back(to_cv(view.rectification.left_position(expected.back().plane.z)));
+    from.push_back(to_cv(view.geometry.left_position(plane.z)));
+    guess.push_back(to_cv(view.geometry.left_position(expected.back().plane.z)));
   }
   const FlowPyramid &before = pyramids.previous.left, &now = pyramids.current.left;
   const auto flow = track_points(before, now, from, guess,
@@ -76,7 +76,7 @@ std::optional<Pose> motion_in_left(const std::vector<StereoPlane>& previous,
   std::vector<Vector2<double>> now_px;
   for (const auto& point : follow_in_left(previous, pyramids, view, expected_T_previous_current, settings)) {
     before.push_back(point.previous.z);
-    now_px.push_back(view.rectification.lens().corrected(point.left_px));
+    now_px.push_back(view.geometry.lens().corrected(point.left_px));
   }
   if (before.size() < kFewestAgreeing) return std::nullopt;
   const auto motion = motion_by_positions(before, now_px, view.camera);

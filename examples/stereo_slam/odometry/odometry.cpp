@@ -29,21 +29,21 @@ using Points = std::vector<cv::Point2f>;
                                                              const OdometrySettings& settings) {
   const auto& [previous, current] = pyramids;
   const StereoCamera& camera = view.camera;
-  const auto& rectification = view.rectification;
+  const auto& geometry = view.geometry;
   const FlowOptions options{.window_px = settings.window_px, .max_level = settings.pyramid_levels - 1};
   const Pose T_current_previous = T_previous_current.inverse();
   Points previous_left, previous_right, left_guess;
   std::vector<StereoPoint> predicted;
   for (const auto& z : points) {
     predicted.push_back(camera.project(T_current_previous * camera.back_project(z)).value_or(z));
-    previous_left.push_back(to_cv(rectification.left_position(z)));
-    previous_right.push_back(to_cv(rectification.right_position(z)));
-    left_guess.push_back(to_cv(rectification.left_position(predicted.back())));
+    previous_left.push_back(to_cv(geometry.left_position(z)));
+    previous_right.push_back(to_cv(geometry.right_position(z)));
+    left_guess.push_back(to_cv(geometry.left_position(predicted.back())));
   }
   const auto left = track_points(previous.left, current.left, previous_left, left_guess, options);
   Points right_guess;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    right_guess.push_back(to_cv(rectification.right_position(to_eigen(left.points[i]), predicted[i].z())));
+    right_guess.push_back(to_cv(geometry.right_position(to_eigen(left.points[i]), predicted[i].z())));
   }
   const auto right = track_points(current.left, current.right, left.points, right_guess, options);
   const auto back = track_points(current.right, previous.right, right.points, previous_right, options);
@@ -53,7 +53,7 @@ using Points = std::vector<cv::Point2f>;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!(left.found[i] && right.found[i] && back.found[i] && closed.found[i])) continue;
     const double closure_error_px = (to_eigen(closed.points[i]) - to_eigen(previous_left[i])).norm();
-    const auto measured = rectification.measure(to_eigen(left.points[i]), to_eigen(right.points[i]));
+    const auto measured = geometry.measure(to_eigen(left.points[i]), to_eigen(right.points[i]));
     if (closure_error_px > kMaxClosureError_px ||
         std::abs(measured.row_error_px) > settings.max_row_error_px || measured.z.z() <= 0.0) {
       continue;

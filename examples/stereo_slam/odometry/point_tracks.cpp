@@ -44,15 +44,15 @@ struct PointMeasurement {
     if (!before) return result;
     const auto left = before->align(view.frame.left, start_px);
     if (!left || left->correlation < kMinCorrelation) return result;
-    const auto warp = right_warp(expected.plane, view.rectification.exposure());
+    const auto warp = right_warp(expected.plane, view.geometry.exposure());
     if (!warp) return result;
     const auto now = PatchTemplate::extract(view.frame.left, left->position_px, *warp, texture);
     if (!now) return result;
     result.search.in_left = true;
-    const auto right = now->align(view.frame.right,
-                                  view.rectification.right_position(left->position_px, expected.plane.z.z()));
+    const auto right =
+        now->align(view.frame.right, view.geometry.right_position(left->position_px, expected.plane.z.z()));
     if (!right || right->correlation < kMinCorrelation) return result;
-    auto measured = view.rectification.measure(left->position_px, right->position_px);
+    auto measured = view.geometry.measure(left->position_px, right->position_px);
     result.search.row_error_px = measured.row_error_px;
     if (std::abs(measured.row_error_px) > settings.max_row_error_px || !(measured.z.z() > 0.0)) return result;
     measured.covariance_px2 =
@@ -93,7 +93,7 @@ RightImageFit PointTracks::follow(const ConsecutivePyramids& pyramids, const Ste
     expected.push_back(
         view_plane(plane, predicted_T_previous_current, view.camera).value_or(PlaneView{plane, {}, {}}));
     from.push_back(to_cv(point.left_px));
-    guess.push_back(to_cv(view.rectification.left_position(expected.back().plane.z)));
+    guess.push_back(to_cv(view.geometry.left_position(expected.back().plane.z)));
   }
   const auto flow = track_points(pyramids.previous.left, pyramids.current.left, from, guess,
                                  {.window_px = settings.window_px, .max_level = settings.pyramid_levels - 1});

@@ -72,8 +72,7 @@ void write_learned_cameras(std::ostream& stream, const LearnedCameras& learned) 
   if (estimate.delay)
     fmt::print(stream, "right_delay: {{ms: {}, sigma_ms: {}}}\n", 1e3 * estimate.delay->seconds,
                1e3 * estimate.delay->sigma_s);
-  write_gaussian<RectificationResidual::kTerms>(stream, "row_offset", estimate.row_information,
-                                                estimate.row_vector);
+  write_gaussian<PairGeometry::kTerms>(stream, "row_offset", estimate.row_information, estimate.row_vector);
   write_gaussian<CameraErrors::kTerms>(stream, "disparity_offset_and_lenses", estimate.disparity_information,
                                        estimate.disparity_vector);
 }
@@ -115,13 +114,12 @@ LearnedCameras read_learned_cameras(const std::filesystem::path& path) {
                     camera.number("cy"), camera.number("baseline_m"), pixels("width_px"),
                     pixels("height_px")};
   RectificationEstimate& estimate = learned.estimate;
-  read_gaussian<RectificationResidual::kTerms>(file, "row_offset", estimate.row_information,
-                                               estimate.row_vector);
+  read_gaussian<PairGeometry::kTerms>(file, "row_offset", estimate.row_information, estimate.row_vector);
   read_gaussian<CameraErrors::kTerms>(file, "disparity_offset_and_lenses", estimate.disparity_information,
                                       estimate.disparity_vector);
   const CameraErrors::Coefficients mean =
       estimate.disparity_information.ldlt().solve(estimate.disparity_vector);
-  estimate.coefficients.row(0) = mean.head<RectificationResidual::kTerms>().transpose();
+  estimate.coefficients.row(0) = mean.head<PairGeometry::kTerms>().transpose();
   estimate.coefficients.row(1) = estimate.row_information.ldlt().solve(estimate.row_vector).transpose();
   estimate.lens = mean.tail<LensResidual::kTerms>();
   if (node["right_delay"].IsDefined()) {

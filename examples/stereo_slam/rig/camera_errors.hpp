@@ -26,7 +26,7 @@ template <int N>
 }
 
 /// The Gaussian estimate of the errors that only motions show: the disparity offset, which is the horizontal
-/// part of a RectificationResidual, and the lenses' LensResidual.
+/// part of a PairGeometry, and the lenses' LensResidual.
 ///
 /// Its prior has the mean zero and the standard deviation that the row offset suggests. Two errors hardly
 /// show in the rows: a wrong column of the right image, and a right camera that is turned sideways. They get
@@ -35,7 +35,7 @@ template <int N>
 /// forgotten.
 class CameraErrors {
  public:
-  static constexpr int kOffsetTerms = 10;  ///< those of RectificationResidual
+  static constexpr int kOffsetTerms = 10;  ///< those of PairGeometry
   static constexpr int kTerms = kOffsetTerms + LensResidual::kTerms;
   /// Standard deviation of a coefficient of the lenses, relative to that of one of the offset, for rows of
   /// the same size. Learned with 30, those of KITTI are 18 and 10 times as large, and those of EuRoC 32

@@ -19,7 +19,7 @@ constexpr double kUnknown_px = 10.0;  // a rotation of the right camera in one f
 constexpr double kLeastStep_m = 1e-4;
 
 constexpr int kOwn = 6;  // of one frame: a rotation and a translation of the right camera
-constexpr int kConsidered = RectificationResidual::kTerms + 1;  // row coefficients, and the delay
+constexpr int kConsidered = PairGeometry::kTerms + 1;  // row coefficients, and the delay
 using Own = antipode::VectorChart<double, kOwn>;
 
 /// A row error, and how it depends on what the frame has of its own and on row coefficients and delay.
@@ -63,7 +63,7 @@ void ExposureDelay::begin_with(const DelayEstimate& known) {
   used_ = known;
 }
 
-void ExposureDelay::add(std::span<const StereoMeasurement> matches, const RectificationResidual& geometry,
+void ExposureDelay::add(std::span<const StereoMeasurement> matches, const PairGeometry& geometry,
                         const LateMotion& motion, const StereoCamera& camera) {
   if (!used_) return;
   const LateExposure exposure(camera, motion.in(used_->seconds));

@@ -8,7 +8,7 @@
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/rig/rectification_residual.hpp"
+#include "stereo_slam/rig/pair_geometry.hpp"
 #include "stereo_slam/rig/stereo_measurement.hpp"
 
 namespace stereo_slam {
@@ -57,14 +57,14 @@ class ExposureDelay {
 
   /// Adds stereo matches of a frame, measured with `geometry` and the delay in use, in which the rig moved
   /// so. `geometry` is given without the delay. Does nothing if no delay is in use.
-  void add(std::span<const StereoMeasurement> matches, const RectificationResidual& geometry,
-           const LateMotion& motion, const StereoCamera& camera);
+  void add(std::span<const StereoMeasurement> matches, const PairGeometry& geometry, const LateMotion& motion,
+           const StereoCamera& camera);
 
   /// Makes the best estimate so far the delay in use.
   void advance();
 
  private:
-  static constexpr int kRows = RectificationResidual::kTerms;
+  static constexpr int kRows = PairGeometry::kTerms;
 
   double row_sigma_px_;
   antipode::GaussianInformation<double, kRows + 1> rows_{};  // row coefficients in px, delay in s

@@ -18,7 +18,7 @@ namespace stereo_slam {
 ///   q = R' r - d / fx s,   s = R' t / baseline + (1, 0, 0),
 ///
 /// where R and t are rotation and translation of T_left_later. Cameras are exact here: see
-/// RectificationResidual for the errors that rectification leaves.
+/// PairGeometry for the errors that rectification leaves.
 class LateExposure {
  public:
   /// A point in the right image, seen from the left one.

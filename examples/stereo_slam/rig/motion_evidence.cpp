@@ -16,21 +16,21 @@ namespace {
 
 constexpr int kMotion = 6;
 constexpr int kShift = ImageDisplacement::kTerms;
-constexpr int kField = RectificationResidual::kTerms;
+constexpr int kField = PairGeometry::kTerms;
 constexpr int kLens = LensResidual::kTerms;
 constexpr int kErrors = CameraErrors::kTerms;
 static_assert(kField + kLens == kErrors);
 
 /// d z / d coefficients of a measurement.
 [[nodiscard]] antipode::Matrix<double, 3, kErrors> derivative_of(const StereoPoint& z,
-                                                                 const RectificationResidual& residual) {
-  const Vector2<double> left_px = residual.left_position(z);
-  const Vector2<double> right_px = residual.lens().in_image({z.x() - z.z(), z.y()});
+                                                                 const PairGeometry& geometry) {
+  const Vector2<double> left_px = geometry.left_position(z);
+  const Vector2<double> right_px = geometry.lens().in_image({z.x() - z.z(), z.y()});
   antipode::Matrix<double, 3, kErrors> result = antipode::Matrix<double, 3, kErrors>::Zero();
-  result.block<1, kField>(2, 0) = residual.basis(left_px).transpose();
-  result.block<2, kLens>(0, kField) = residual.lens().basis(left_px);
+  result.block<1, kField>(2, 0) = geometry.basis(left_px).transpose();
+  result.block<2, kLens>(0, kField) = geometry.lens().basis(left_px);
   result.block<1, kLens>(2, kField) =
-      (residual.lens().basis(left_px) - residual.lens().basis(right_px)).row(0);
+      (geometry.lens().basis(left_px) - geometry.lens().basis(right_px)).row(0);
   return result;
 }
 
@@ -76,7 +76,7 @@ void add_unknown_displacement(const StereoCamera& camera, Sums& sums) {
 /// late right images.
 template <Rig kRig>
 [[nodiscard]] std::optional<MotionEvidence> evidence_of(const SeenMotion& motion,
-                                                        const RectificationResidual& residual,
+                                                        const PairGeometry& geometry,
                                                         const StereoCamera& camera) {
   constexpr int kState = kMotion + kOwnOf<kRig>;
   constexpr int kLate = 1 + (kRig == Rig::kLate ? LatePoint::kTerms : 0);  // a delay, exposures
@@ -92,9 +92,9 @@ template <Rig kRig>
       const Vector2<double> right_px(c.second.x() - c.second.z(), c.second.y());
       J.row(2).template tail<kShift>() = -ImageDisplacement::basis(right_px, camera).row(0);
     }
-    const antipode::Matrix<double, 3, kErrors> second = derivative_of(c.second, residual);
+    const antipode::Matrix<double, 3, kErrors> second = derivative_of(c.second, geometry);
     antipode::Matrix<double, 3, kConsidered> K;
-    K.template leftCols<kErrors + kField + 1>() << c.J_first * derivative_of(c.first, residual) - second,
+    K.template leftCols<kErrors + kField + 1>() << c.J_first * derivative_of(c.first, geometry) - second,
         -second.leftCols<kField>(), c.by_delay;
     if constexpr (kRig == Rig::kLate) {
       J.template rightCols<kOwnOf<kRig>>() = motion.late[i].by_second_turn;
@@ -125,13 +125,12 @@ template <Rig kRig>
 
 }  // namespace
 
-std::optional<MotionEvidence> evidence_of_motion(const SeenMotion& motion,
-                                                 const RectificationResidual& residual,
+std::optional<MotionEvidence> evidence_of_motion(const SeenMotion& motion, const PairGeometry& geometry,
                                                  const CameraErrors::Coefficients& applied,
                                                  const StereoCamera& camera, bool vibrates) {
-  auto result = !motion.late.empty() ? evidence_of<Rig::kLate>(motion, residual, camera)
-                : vibrates           ? evidence_of<Rig::kVibrating>(motion, residual, camera)
-                                     : evidence_of<Rig::kRigid>(motion, residual, camera);
+  auto result = !motion.late.empty() ? evidence_of<Rig::kLate>(motion, geometry, camera)
+                : vibrates           ? evidence_of<Rig::kVibrating>(motion, geometry, camera)
+                                     : evidence_of<Rig::kRigid>(motion, geometry, camera);
   // The sums are about the coefficients applied, the evidence is on the coefficients themselves.
   if (!result) return std::nullopt;
   result->evidence.vector += result->evidence.information * applied;

@@ -8,7 +8,7 @@
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/rig/camera_errors.hpp"
-#include "stereo_slam/rig/rectification_residual.hpp"
+#include "stereo_slam/rig/pair_geometry.hpp"
 #include "stereo_slam/rig/seen_motion.hpp"
 
 namespace stereo_slam {
@@ -48,7 +48,7 @@ struct FrameDependence {
 /// eliminated as well. `applied` are the coefficients that the points were measured with. Nothing if the
 /// points do not determine the motion.
 [[nodiscard]] std::optional<MotionEvidence> evidence_of_motion(const SeenMotion& motion,
-                                                               const RectificationResidual& residual,
+                                                               const PairGeometry& geometry,
                                                                const CameraErrors::Coefficients& applied,
                                                                const StereoCamera& camera, bool vibrates);
 

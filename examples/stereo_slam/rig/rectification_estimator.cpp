@@ -22,21 +22,19 @@ constexpr double kExactSigma_px = 0.03;  // of a coefficient if there is no row 
 
 /// Whether a change is too large for derivatives.
 [[nodiscard]] bool is_large(const CameraErrors::Coefficients& change) {
-  return RectificationResidual::rms(change.head<RectificationResidual::kTerms>()) >=
-         CameraErrors::kLargeChange_px;
+  return PairGeometry::rms(change.head<PairGeometry::kTerms>()) >= CameraErrors::kLargeChange_px;
 }
 
 /// A displacement and a roll of the right image: the offset of the rows as a line along x, in the coordinates
-/// of RectificationResidual.
-[[nodiscard]] RobustLine fit_rows(std::span<const CornerPair> corners,
-                                  const RectificationResidual& residual) {
+/// of PairGeometry.
+[[nodiscard]] RobustLine fit_rows(std::span<const CornerPair> corners, const PairGeometry& geometry) {
   constexpr double kLeastScale_px = 0.1;
   std::vector<Vector2<double>> points;
   std::vector<double> rows_px;
   for (const auto& [left_px, right_px] : corners) {
     const Vector2<double> position_px(left_px.x, left_px.y);
     rows_px.push_back(static_cast<double>(right_px.y) - static_cast<double>(left_px.y));
-    points.emplace_back(residual.basis(position_px)[1], rows_px.back());
+    points.emplace_back(geometry.basis(position_px)[1], rows_px.back());
   }
   return fit_line(points, {.offset = median(std::move(rows_px))}, kLeastScale_px);
 }
@@ -44,7 +42,7 @@ constexpr double kExactSigma_px = 0.03;  // of a coefficient if there is no row 
 /// The coefficients of an offset that a displacement amounts to, in the disparities and in the rows.
 struct DisplacementTerms {
   Eigen::Matrix<double, CameraErrors::kTerms, ImageDisplacement::kTerms> disparity;
-  Eigen::Matrix<double, RectificationResidual::kTerms, ImageDisplacement::kTerms> rows;
+  Eigen::Matrix<double, PairGeometry::kTerms, ImageDisplacement::kTerms> rows;
 
   explicit DisplacementTerms(const StereoCamera& camera) {
     const double x = 0.5 * camera.width_px / camera.fx, y = 0.5 * camera.height_px / camera.fy;
@@ -131,10 +129,10 @@ Matrix2<double> RectificationEstimator::lens_covariance() const {
 }
 
 void RectificationEstimator::add_rows(std::span<const StereoMeasurement> matches) {
-  const RectificationResidual residual = current();
+  const PairGeometry geometry = current();
   for (const auto& match : matches) {
-    const RectificationResidual::Basis terms = residual.basis(match.left_px);
-    const double offset = terms.dot(residual.coefficients().row(1)) - match.row_error_px;
+    const PairGeometry::Basis terms = geometry.basis(match.left_px);
+    const double offset = terms.dot(geometry.coefficients().row(1)) - match.row_error_px;
     const double distance2 = match.row_error_px * match.row_error_px / (kRowSigma_px * kRowSigma_px);
     const double weight = kOutlierLoss.weight(distance2, 1) / (kRowSigma_px * kRowSigma_px);
     rows_.information += weight * terms * terms.transpose();
@@ -153,10 +151,10 @@ bool RectificationEstimator::relearn_rows(std::span<const CornerPair> corners) {
   constexpr double kLeastChange_px = 1.0;  // smaller ones leave enough matches
   if (corners.size() < kMinCorners) return false;
   const RobustLine fit = fit_rows(corners, current());
-  RectificationResidual::Coefficients coefficients = coefficients_;
+  PairGeometry::Coefficients coefficients = coefficients_;
   coefficients.row(1).setZero();
   coefficients.row(1).head<2>() << fit.offset, fit.slope;
-  const RectificationResidual change(camera_, coefficients - coefficients_);
+  const PairGeometry change(camera_, coefficients - coefficients_);
   const bool agree = fit.median_residual <= kMaxResidual_px;
   if (!agree || !(change.rms_offset_px().y() >= kLeastChange_px)) return false;
   rows_contradict_learned_ = rows_contradict_learned_ || learned_rows_;
@@ -322,9 +320,9 @@ CameraErrors::Coefficients RectificationEstimator::scale_derivative() const {
 /// Root mean square of the row offset without a shift and a roll of the image, which say nothing of its lens,
 /// and without what its noise adds.
 double RectificationEstimator::bent_rows_px() const {
-  const auto bent_px = [](RectificationResidual::Basis rows) {
+  const auto bent_px = [](PairGeometry::Basis rows) {
     rows.head<2>().setZero();
-    return RectificationResidual::rms(rows);
+    return PairGeometry::rms(rows);
   };
   using Information = RectificationEstimate::Information;
   const Information covariance = rows_.information.ldlt().solve(Information::Identity());
@@ -361,7 +359,7 @@ void RectificationEstimator::advance() {
   coefficients_.row(1) = rows_.mean().transpose();
   expect_disparity_offset();
   const CameraErrors::Coefficients mean = disparity_.estimate().mean();
-  coefficients_.row(0) = mean.head<RectificationResidual::kTerms>().transpose();
+  coefficients_.row(0) = mean.head<PairGeometry::kTerms>().transpose();
   const LensResidual lens(camera_, mean.tail<LensResidual::kTerms>());
   if (lens.is_moderate()) lens_ = lens.coefficients();
 }

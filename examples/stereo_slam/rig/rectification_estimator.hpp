@@ -14,7 +14,7 @@
 #include "stereo_slam/rig/exposure_delay.hpp"
 #include "stereo_slam/rig/image_displacement.hpp"
 #include "stereo_slam/rig/motion_evidence.hpp"
-#include "stereo_slam/rig/rectification_residual.hpp"
+#include "stereo_slam/rig/pair_geometry.hpp"
 #include "stereo_slam/rig/seen_motion.hpp"
 #include "stereo_slam/rig/stereo_measurement.hpp"
 #include "stereo_slam/settings/settings.hpp"
@@ -24,11 +24,11 @@ namespace stereo_slam {
 /// Complete state of a RectificationEstimator, from which another one can resume. The coefficients of rows
 /// and of disparities are Gaussian, in information form: mean = information^-1 vector.
 struct RectificationEstimate {
-  using Information = antipode::Matrix<double, RectificationResidual::kTerms>;
-  using Basis = RectificationResidual::Basis;
+  using Information = antipode::Matrix<double, PairGeometry::kTerms>;
+  using Basis = PairGeometry::Basis;
 
-  RectificationResidual::Coefficients coefficients =
-      RectificationResidual::Coefficients::Zero();  ///< px; in use: the means at the last advance()
+  PairGeometry::Coefficients coefficients =
+      PairGeometry::Coefficients::Zero();  ///< px; in use: the means at the last advance()
   LensResidual::Coefficients lens = LensResidual::Coefficients::Zero();                     ///< likewise
   Information row_information = Information::Identity();                                    ///< 1/px^2
   Basis row_vector = Basis::Zero();                                                         ///< 1/px
@@ -37,7 +37,7 @@ struct RectificationEstimate {
   std::optional<DelayEstimate> delay{};  ///< of the right images; nothing if none is known
 };
 
-/// Estimates the rectification residual while driving, as a Gaussian whose mean is fitted recursively.
+/// Estimates what the rectification has left while driving, as a Gaussian whose mean is fitted recursively.
 ///
 /// Every stereo match observes the row offset. The disparity offset is observed over a motion: it makes near
 /// and far points, or those on the left and on the right, disagree about the same motion. A pose and the
@@ -109,9 +109,7 @@ class RectificationEstimator {
   [[nodiscard]] std::optional<FrameDependence> dependence_of(const SeenMotion& motion, bool vibrates) const;
 
   /// Best estimate so far.
-  [[nodiscard]] RectificationResidual current() const {
-    return RectificationResidual(camera_, coefficients_, lens_);
-  }
+  [[nodiscard]] PairGeometry current() const { return PairGeometry(camera_, coefficients_, lens_); }
   [[nodiscard]] RectificationEstimate estimate() const;
   /// The error of the lenses, as far as it is known.
   [[nodiscard]] LensEstimate lens_error() const;
@@ -166,7 +164,7 @@ class RectificationEstimator {
   void advance();
 
  private:
-  using RowInformation = antipode::GaussianInformation<double, RectificationResidual::kTerms>;
+  using RowInformation = antipode::GaussianInformation<double, PairGeometry::kTerms>;
 
   MotionEvidence add_motion(const SeenMotion& motion, double confidence, bool vibrates = false);
   [[nodiscard]] std::optional<MotionEvidence> measured(const SeenMotion& motion, bool vibrates) const;
@@ -183,7 +181,7 @@ class RectificationEstimator {
 
   StereoCamera camera_;
   double row_sigma_px_ = 1.0;  // prior standard deviation of a row coefficient
-  RectificationResidual::Coefficients coefficients_ = RectificationResidual::Coefficients::Zero();
+  PairGeometry::Coefficients coefficients_ = PairGeometry::Coefficients::Zero();
   LensResidual::Coefficients lens_ = LensResidual::Coefficients::Zero();
   RowInformation rows_{RectificationEstimate::Information::Identity(), RectificationEstimate::Basis::Zero()};
   std::optional<RowInformation> learned_rows_{};  // of after_drift()

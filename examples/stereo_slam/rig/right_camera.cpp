@@ -26,8 +26,8 @@ constexpr double kLeastVariance_px2 = 0.02 * 0.02;  // of a displacement
 }  // namespace
 
 /// How a frame is seen whose right image is so.
-RectificationResidual RightCamera::geometry(const RightImageState& image) const {
-  const RectificationResidual at_once = rectification_.current().displaced(image.displacement);
+PairGeometry RightCamera::geometry(const RightImageState& image) const {
+  const PairGeometry at_once = rectification_.current().displaced(image.displacement);
   return is_late() && image.late ? at_once.late(image.late->in(delay_s())) : at_once;
 }
 
@@ -68,7 +68,7 @@ LateMotion RightCamera::motion_until_exposure(const RigVelocity& measured) const
 /// is relative to that of the keyframe before, whose error it shares.
 Remeasurement RightCamera::expose_with(const RigVelocity& next) {
   constexpr double kBetween = 0.5;  // of the change: velocities jump anywhere between two frames
-  const RectificationResidual before = geometry(image_);
+  const PairGeometry before = geometry(image_);
   const RigVelocity last = measured_velocity_.value_or(next);
   const double ahead = 0.5 * (1.0 + delay_s() / next.frame_s);
   const Vector6<double> change_per_s = next.per_s - last.per_s;
@@ -108,7 +108,7 @@ void RightCamera::begin_late_keyframe(std::span<const StereoMeasurement> matches
 }
 
 Remeasurement RightCamera::move_with(const RigVelocity& measured, RightImageState& image) const {
-  const RectificationResidual before = geometry(image);
+  const PairGeometry before = geometry(image);
   image.late->m_per_s = motion_until_exposure(measured).m_per_s;
   return {before, geometry(image)};
 }
@@ -124,13 +124,13 @@ RightImageState RightCamera::displaced(const RightImageState& image, const Displ
 }
 
 Remeasurement RightCamera::displace(const DisplacementEstimate& left) {
-  const RectificationResidual before = geometry(image_);
+  const PairGeometry before = geometry(image_);
   image_ = displaced(image_, left);
   return {before, geometry(image_)};
 }
 
 Remeasurement RightCamera::move_with(const std::optional<RigVelocity>& measured) {
-  const RectificationResidual before = geometry(image_);
+  const PairGeometry before = geometry(image_);
   if (measured && image_.late)
     image_.late->m_per_s = motion_until_exposure(*measured).m_per_s;
   else if (measured)
@@ -185,7 +185,7 @@ std::optional<Remeasurement> RightCamera::test_disparities(const std::optional<S
   --disparity_tests_left_;
   disparities_tested_ = shown && shown->covariance_px2(0, 0) < kKnown_px2;
   if (!shown || !shown->is_clear()) return std::nullopt;
-  const RectificationResidual before = geometry(image_);
+  const PairGeometry before = geometry(image_);
   rectification_.begin_displaced(shown->displacement_px, shown->covariance_px2);
   return Remeasurement{before, geometry(image_)};
 }
@@ -235,7 +235,7 @@ SeenMotion RightCamera::with_exposures(SeenMotion motion) const {
 }
 
 /// Keeps how the motion to a keyframe depends on the rig, of which `before` is the geometry until then.
-KeyframeMotion RightCamera::keep(const MotionEvidence& motion, const RectificationResidual& before) {
+KeyframeMotion RightCamera::keep(const MotionEvidence& motion, const PairGeometry& before) {
   motions_.push_back(motion);
   return {motion.covariance, motion.derivative.rightCols<LensResidual::kTerms>(), {before, geometry(image_)}};
 }
@@ -249,7 +249,7 @@ KeyframeMotion RightCamera::consider(const SeenMotion& by_landmarks) {
 KeyframeMotion RightCamera::refine(const SeenMotion& by_landmarks, const SeenMotion& by_odometry) {
   came_to_rest_ = false;
   if (!settings_.enabled) return {};
-  const RectificationResidual before = geometry(image_);
+  const PairGeometry before = geometry(image_);
   const SeenMotion motion = with_exposures(by_landmarks);
   const ImageDisplacement::Covariance& held = vibration_.held().covariance;
   MotionEvidence shown = vibrates() ? rectification_.add_motion_of_vibrating_rig(

@@ -181,12 +181,12 @@ class RightCamera {
   [[nodiscard]] CalibrationError calibration_error(const CalibrationSettings& allowed) const;
 
  private:
-  [[nodiscard]] RectificationResidual geometry(const RightImageState& image) const;
+  [[nodiscard]] PairGeometry geometry(const RightImageState& image) const;
   [[nodiscard]] double delay_s() const { return rectification_.delay().value_or(DelayEstimate{}).seconds; }
   [[nodiscard]] bool vibrates() const;
   void begin_late_keyframe(std::span<const StereoMeasurement> matches);
   [[nodiscard]] SeenMotion with_exposures(SeenMotion motion) const;
-  KeyframeMotion keep(const MotionEvidence& motion, const RectificationResidual& before);
+  KeyframeMotion keep(const MotionEvidence& motion, const PairGeometry& before);
 
   static constexpr int kFirstRelearn = 2;      // frames in a row
   static constexpr int kRelearnInterval = 10;  // frames

@@ -3,7 +3,7 @@
 
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/rig/rectification_residual.hpp"
+#include "stereo_slam/rig/pair_geometry.hpp"
 
 namespace stereo_slam {
 
@@ -12,12 +12,12 @@ namespace stereo_slam {
 struct StereoView {
   StereoFrame frame;
   StereoCamera camera;
-  RectificationResidual rectification;  ///< as estimated before this frame
-  bool right_is_usable = true;          ///< false: the right image does not fit the left one
+  PairGeometry geometry;        ///< as estimated before this frame
+  bool right_is_usable = true;  ///< false: the right image does not fit the left one
 
   /// Seen by cameras that are exactly as calibrated.
   [[nodiscard]] static StereoView exact(const StereoFrame& frame, const StereoCamera& camera) {
-    return {frame, camera, RectificationResidual(camera)};
+    return {frame, camera, PairGeometry(camera)};
   }
 };
 

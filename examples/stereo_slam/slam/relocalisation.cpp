@@ -31,7 +31,7 @@ std::optional<PoseGaussian> recognise_keyframe(const Keyframe& keyframe, const P
   const PoseGaussian prior{rough.pose, kRecognisedScale * rough.covariance};
   PoseGaussian expected = prior;
   for (int round = 0; round < kRounds; ++round) {
-    Association association = expect_landmarks(map, expected, view.rectification.lens(), settings.map);
+    Association association = expect_landmarks(map, expected, view.geometry.lens(), settings.map);
     align_landmarks(association, source, view, expected.pose, settings.refinement);
     if (association.matches.size() < static_cast<std::size_t>(rule.min_inliers)) return std::nullopt;
     const auto update = update_pose(prior, association.matches, map, settings.update);

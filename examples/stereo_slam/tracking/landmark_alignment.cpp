@@ -53,7 +53,7 @@ struct PatchMeasurement {
     result.search.in_left = true;
     const Vector2<double>& left_px = left->position_px;
     if (!view.right_is_usable) {
-      const Vector2<double> corrected_px = view.rectification.lens().corrected(left_px);
+      const Vector2<double> corrected_px = view.geometry.lens().corrected(left_px);
       const StereoPoint z(corrected_px.x(), corrected_px.y(), predicted.z.z());
       result.match = match(predicted, {z, left_px}, without_disparity(*left));
       return result;
@@ -61,9 +61,9 @@ struct PatchMeasurement {
     const auto warp = right_patch(*seen);
     if (!warp) return result;
     const auto right =
-        align(landmark, *warp, view.frame.right, view.rectification.right_position(left_px, predicted.z.z()));
+        align(landmark, *warp, view.frame.right, view.geometry.right_position(left_px, predicted.z.z()));
     if (!right) return result;
-    const auto measured = view.rectification.measure(left_px, right->position_px);
+    const auto measured = view.geometry.measure(left_px, right->position_px);
     result.search.row_error_px = measured.row_error_px;
     if (std::abs(measured.row_error_px) > kMaxRowError_px || !(measured.z.z() > 0.0)) return result;
     result.match = match(predicted, measured, measured.with_disparity(covariance(*left, *right)));
@@ -73,7 +73,7 @@ struct PatchMeasurement {
  private:
   /// The warp from the right image to that of the keyframe.
   [[nodiscard]] std::optional<PatchWarp> right_patch(const PlaneView& seen) const {
-    const LateExposure& exposure = view.rectification.exposure();
+    const LateExposure& exposure = view.geometry.exposure();
     if (!exposure.is_late()) return seen.right;
     const auto right = right_warp(seen.plane, exposure);
     if (!right) return std::nullopt;

@@ -95,7 +95,7 @@ std::vector<DisplacementConstraint> displacement_constraints(const std::vector<M
                            .J_pose = pose_jacobian(point, T_keyframe_camera, camera),
                            .row_error_px = match.row_error_px,
                            .basis = ImageDisplacement::basis(
-                               view.rectification.right_position(match.left_px, match.z.z()), camera)});
+                               view.geometry.right_position(match.left_px, match.z.z()), camera)});
   }
   return constraints;
 }

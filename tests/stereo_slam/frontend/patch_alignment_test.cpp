@@ -147,9 +147,9 @@ TEST_CASE("Disparities are found to a fraction of a pixel, also where the right 
   constexpr double kDisparity_px = 17.3;
   constexpr double kRowOffset_px = 1.4;
   const StereoCamera camera{200.0, 200.0, 100.0, 60.0, 0.5, kSize.width, kSize.height};
-  RectificationResidual::Coefficients offset = RectificationResidual::Coefficients::Zero();
+  PairGeometry::Coefficients offset = PairGeometry::Coefficients::Zero();
   offset(1, 0) = kRowOffset_px;
-  const RectificationResidual rectification(camera, offset);
+  const PairGeometry rectification(camera, offset);
   const cv::Mat left = test::texture_image(kSize, {0.0, 0.0});
   const cv::Mat right = test::texture_image(kSize, {-kDisparity_px, kRowOffset_px});
   const std::vector<Vector2<double>> points = {{100.0, 60.0}, {150.2, 40.8}, {4.0, 60.0}, {80.0, 118.0}};

@@ -28,7 +28,7 @@ StereoFrame wall(std::size_t index, int flow_px) {
   return {index, 0, view(40 + flow_px), view(40 + flow_px + kDisparity_px)};
 }
 
-StereoView view_of(const StereoFrame& frame) { return {frame, kCamera, RectificationResidual(kCamera)}; }
+StereoView view_of(const StereoFrame& frame) { return {frame, kCamera, PairGeometry(kCamera)}; }
 
 Pose sideways(double flow_px) {
   Vector6<double> xi = Vector6<double>::Zero();
@@ -81,10 +81,10 @@ TEST_CASE("Points are followed over a motion that nothing announced", "[stereo_s
 
 TEST_CASE("The points have the disparity of the rectification at hand", "[stereo_slam][odometry]") {
   const StereoFrame frame = wall(0, 0);
-  RectificationResidual::Coefficients offset = RectificationResidual::Coefficients::Zero();
+  PairGeometry::Coefficients offset = PairGeometry::Coefficients::Zero();
   offset(0, 0) = 0.4;
-  const RectificationResidual before(kCamera);
-  const RectificationResidual after(kCamera, offset);
+  const PairGeometry before(kCamera);
+  const PairGeometry after(kCamera, offset);
   PointTracks tracks;
   tracks.replenish({frame, kCamera, before}, CornerDetector(frame.left), {}, track_settings());
   const auto begun = tracks.points();

@@ -25,8 +25,8 @@ std::vector<DisplacementConstraint> displaced_scene(std::mt19937_64& random, con
                                                     const ImageDisplacement::Coefficients& displacement,
                                                     int outlier_every) {
   const StereoCamera camera = test::kitti_camera();
-  const RectificationResidual exact(camera);
-  const RectificationResidual displaced = exact.displaced(displacement);
+  const PairGeometry exact(camera);
+  const PairGeometry displaced = exact.displaced(displacement);
   std::normal_distribution<double> noise(0.0, kNoise_px);
   std::vector<DisplacementConstraint> constraints;
   for (int i = 0; i < 150; ++i) {
@@ -53,7 +53,7 @@ TEST_CASE("A displaced right image is measured as it was displaced", "[stereo_sl
   const StereoCamera camera = test::kitti_camera();
   ImageDisplacement::Coefficients displacement;
   displacement << 3.0, -1.0, 2.5, 3.0, -1.0;
-  const RectificationResidual displaced = RectificationResidual(camera).displaced(displacement);
+  const PairGeometry displaced = PairGeometry(camera).displaced(displacement);
   std::mt19937_64 random(3);
   for (int i = 0; i < 50; ++i) {
     const StereoPoint z = test::random_measurement(random, camera, 2.0, 60.0);

@@ -9,7 +9,7 @@
 
 #include "stereo_slam/frontend/plane_warp.hpp"
 #include "stereo_slam/rig/exposure_delay.hpp"
-#include "stereo_slam/rig/rectification_residual.hpp"
+#include "stereo_slam/rig/pair_geometry.hpp"
 #include "stereo_slam/support/scenes.hpp"
 #include "support/catch.hpp"
 
@@ -84,8 +84,8 @@ TEST_CASE("A rig that turns further until the late exposure has turned by both r
 TEST_CASE("A further displacement of a late right image is a turn of the rig, and of another one a shift",
           "[stereo_slam][rectification]") {
   const StereoCamera camera = test::kitti_camera();
-  const RectificationResidual at_once(camera);
-  const RectificationResidual late = at_once.late(motion_between_exposures());
+  const PairGeometry at_once(camera);
+  const PairGeometry late = at_once.late(motion_between_exposures());
   const Vector3<double> turn(1e-4, -3e-4, 2e-4);  // by which points move .07 to .2 px
   const ImageDisplacement::Coefficients px = ImageDisplacement::by_rotation(camera) * turn;
   CHECK((ImageDisplacement::rotation(px, camera) - turn).norm() < 1e-12);
@@ -147,12 +147,11 @@ TEST_CASE("The warp to a late right image follows the surface", "[stereo_slam][r
 
 /// Measurements of a rig that moves so, whose right images are `true_s` late, with `geometry` as the run
 /// knows it, and a tenth of a pixel of noise in each position of the right image.
-std::vector<StereoMeasurement> measured_matches(const RectificationResidual& geometry,
-                                                const LateMotion& motion, double true_s,
-                                                std::mt19937_64& random) {
+std::vector<StereoMeasurement> measured_matches(const PairGeometry& geometry, const LateMotion& motion,
+                                                double true_s, std::mt19937_64& random) {
   const StereoCamera camera = test::kitti_camera();
   std::normal_distribution<double> noise_px(0.0, 0.1);
-  const RectificationResidual exact = RectificationResidual(camera).late(motion.in(true_s));
+  const PairGeometry exact = PairGeometry(camera).late(motion.in(true_s));
   std::vector<StereoMeasurement> matches;
   for (const auto& z : points_in_view(camera)) {
     Vector2<double> right_px = exact.right_position(z);
@@ -182,7 +181,7 @@ TEST_CASE(
     ExposureDelay delay;
     delay.begin_with({.seconds = true_s + 0.004, .sigma_s = 0.004});
     for (int keyframe = 0; keyframe < 10; ++keyframe) {
-      const RectificationResidual geometry(camera);
+      const PairGeometry geometry(camera);
       LateMotion motion = known;
       for (int i = 0; i < 3; ++i) motion.m_per_s[i] += known.sigma_m_per_s[i] * normal(random);
       motion.turn_rad.x() += 1e-4 * (keyframe - 5);  // all rows move by up to half a pixel
@@ -202,7 +201,7 @@ TEST_CASE("Without a delay at the start none is estimated, and one that is no nu
   std::mt19937_64 random(6);
   const LateMotion motion = motion_ahead();
   ExposureDelay delay;
-  const RectificationResidual geometry(camera);
+  const PairGeometry geometry(camera);
   delay.add(measured_matches(geometry, motion, 0.02, random), geometry, motion, camera);
   delay.advance();
   CHECK_FALSE(delay.used());

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/rig/lens_residual.hpp"
 
-#include "stereo_slam/rig/rectification_residual.hpp"
+#include "stereo_slam/rig/pair_geometry.hpp"
 #include "stereo_slam/support/scenes.hpp"
 #include "support/catch.hpp"
 
@@ -46,12 +46,12 @@ TEST_CASE("Coefficients of the lens are shifts at the side borders, and k1 and k
 
 TEST_CASE("Measurements with a lens error are those of exact cameras", "[stereo_slam][rectification]") {
   std::mt19937_64 random(1);
-  RectificationResidual::Coefficients offset = RectificationResidual::Coefficients::Zero();
+  PairGeometry::Coefficients offset = PairGeometry::Coefficients::Zero();
   offset.col(0) << 0.4, -0.3;
   offset(0, 3) = 0.5;
   ImageDisplacement::Coefficients displacement;
   displacement << 1.0, -0.3, 0.4, 0.2, -0.1;
-  RectificationResidual residual(test::kitti_camera(), offset, kLens);
+  PairGeometry residual(test::kitti_camera(), offset, kLens);
   const bool displaced = GENERATE(false, true);
   if (displaced) residual = residual.displaced(displacement);
   for (int i = 0; i < 20; ++i) {

@@ -14,9 +14,8 @@ const Pose kDriven = test::car_motion(2.5);
 
 /// One keyframe of the estimator's life: points measured at its beginning and at its end, with the planted
 /// offset. Returns the effect of the rectification on the motion.
-MotionEvidence drive(RectificationEstimator& estimator, std::mt19937_64& random,
-                     const RectificationResidual& truth, double sigma_px, bool learns = true,
-                     SeenMotion* seen_motion = nullptr) {
+MotionEvidence drive(RectificationEstimator& estimator, std::mt19937_64& random, const PairGeometry& truth,
+                     double sigma_px, bool learns = true, SeenMotion* seen_motion = nullptr) {
   const StereoCamera camera = test::kitti_camera();
   const Pose& motion = kDriven;
   const auto seen = [&](const StereoPoint& z) {
@@ -62,7 +61,7 @@ MotionEvidence drive(RectificationEstimator& estimator, std::mt19937_64& random,
 TEST_CASE("An offset of the right image is estimated while driving", "[stereo_slam][rectification]") {
   std::mt19937_64 random(2);
   const StereoCamera camera = test::kitti_camera();
-  const RectificationResidual truth(camera, test::planted_rectification());
+  const PairGeometry truth(camera, test::planted_rectification());
   RectificationEstimator estimator(camera, {});
   for (int keyframe = 0; keyframe < 40; ++keyframe) (void)drive(estimator, random, truth, 0.2);
   // What counts is the offset over the image, not the coefficients.
@@ -85,7 +84,7 @@ TEST_CASE("The error of both lenses is estimated while driving", "[stereo_slam][
   std::mt19937_64 random(4);
   const StereoCamera camera = test::kitti_camera();
   const LensResidual::Coefficients lens(-13.0, 7.0);
-  const RectificationResidual truth(camera, test::planted_rectification(), lens);
+  const PairGeometry truth(camera, test::planted_rectification(), lens);
   RectificationEstimator estimator(camera, {});
   for (int keyframe = 0; keyframe < 40; ++keyframe) (void)drive(estimator, random, truth, 0.2);
   const LensEstimate found = estimator.lens_error();
@@ -99,7 +98,7 @@ TEST_CASE("The error of both lenses is estimated while driving", "[stereo_slam][
 
 TEST_CASE("A perfect rectification is hardly changed", "[stereo_slam][rectification]") {
   std::mt19937_64 random(3);
-  const RectificationResidual exact(test::kitti_camera());
+  const PairGeometry exact(test::kitti_camera());
   RectificationEstimator estimator(test::kitti_camera(), {});
   for (int keyframe = 0; keyframe < 20; ++keyframe) {
     (void)drive(estimator, random, exact, 0.2);
@@ -117,8 +116,8 @@ TEST_CASE("Little is learned of the disparity offset where the rows show an exac
   std::mt19937_64 random(5);
   RectificationEstimator exact(test::kitti_camera(), {});
   RectificationEstimator wrong(test::kitti_camera(), {});
-  (void)drive(exact, random, RectificationResidual(test::kitti_camera()), 0.2);
-  (void)drive(wrong, random, RectificationResidual(test::kitti_camera(), test::planted_rectification()), 0.2);
+  (void)drive(exact, random, PairGeometry(test::kitti_camera()), 0.2);
+  (void)drive(wrong, random, PairGeometry(test::kitti_camera(), test::planted_rectification()), 0.2);
   CHECK(exact.current().rms_offset_px().x() < 0.05);
   CHECK(exact.scale_sigma() < wrong.scale_sigma());  // the narrower prior
 }
@@ -129,14 +128,14 @@ TEST_CASE("A displacement of the right image that the rows do not show is learne
   const double column_px = GENERATE(-5.0, 0.5, 2.0);
   const double turn_px = GENERATE(0.0, 0.75);  // in proportion to x^2, as of a camera turned sideways
   CAPTURE(column_px, turn_px);
-  RectificationResidual::Coefficients planted = RectificationResidual::Coefficients::Zero();
+  PairGeometry::Coefficients planted = PairGeometry::Coefficients::Zero();
   planted(0, 0) = column_px;
   planted(0, 3) = column_px * turn_px;
-  const RectificationResidual truth(test::kitti_camera(), planted);
+  const PairGeometry truth(test::kitti_camera(), planted);
   RectificationEstimator estimator(test::kitti_camera(), {});
   for (int keyframe = 0; keyframe < 40; ++keyframe) (void)drive(estimator, random, truth, 0.2);
   CAPTURE(estimator.current().coefficients().row(0));
-  const RectificationResidual error(test::kitti_camera(), estimator.current().coefficients() - planted);
+  const PairGeometry error(test::kitti_camera(), estimator.current().coefficients() - planted);
   CHECK(error.rms_offset_px().x() < 0.05 * std::abs(column_px) + 0.03);
 }
 
@@ -153,9 +152,9 @@ TEST_CASE("Motions are corrected to the last estimate, unless they contradict it
     return px_per_keyframe == 0.0 ? 3.0 : px_per_keyframe * keyframe;
   };
   for (int keyframe = 0; keyframe < kKeyframes; ++keyframe) {
-    RectificationResidual::Coefficients planted = RectificationResidual::Coefficients::Zero();
+    PairGeometry::Coefficients planted = PairGeometry::Coefficients::Zero();
     planted(0, 0) = column_px(keyframe);
-    effects.push_back(drive(estimator, random, RectificationResidual(camera, planted), 0.1));
+    effects.push_back(drive(estimator, random, PairGeometry(camera, planted), 0.1));
   }
   for (int keyframe = 0; keyframe < kKeyframes; ++keyframe) {
     CAPTURE(keyframe);
@@ -169,7 +168,7 @@ std::vector<CornerPair> corners_of(double rows_px, double roll_px, double noise_
   std::mt19937_64 random(8);
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<float> anywhere(0.0F, 376.0F);
-  const RectificationResidual terms(test::kitti_camera());
+  const PairGeometry terms(test::kitti_camera());
   std::vector<CornerPair> corners;
   for (int i = 0; i < 300; ++i) {
     const StereoPoint z = test::random_measurement(random, test::kitti_camera(), 5.0, 80.0);
@@ -210,7 +209,7 @@ TEST_CASE("Rows are not learned anew from pairs that do not agree, nor if they a
 TEST_CASE("The reported uncertainty of lengths decreases with the distance driven",
           "[stereo_slam][rectification]") {
   std::mt19937_64 random(6);
-  const RectificationResidual truth(test::kitti_camera(), test::planted_rectification());
+  const PairGeometry truth(test::kitti_camera(), test::planted_rectification());
   RectificationEstimator estimator(test::kitti_camera(), {});
   (void)drive(estimator, random, truth, 0.2);
   const double first = estimator.scale_sigma();
@@ -222,7 +221,7 @@ TEST_CASE("The reported uncertainty of lengths decreases with the distance drive
 TEST_CASE("The error of the scale that all motions share can be left out of their covariances",
           "[stereo_slam][rectification]") {
   std::mt19937_64 random(8);
-  const RectificationResidual truth(test::kitti_camera(), test::planted_rectification());
+  const PairGeometry truth(test::kitti_camera(), test::planted_rectification());
   RectificationEstimator estimator(test::kitti_camera(), {});
   MotionEvidence effect;
   for (int keyframe = 0; keyframe < 10; ++keyframe) effect = drive(estimator, random, truth, 0.2);
@@ -248,7 +247,7 @@ TEST_CASE("The dependence of a frame is that of a motion to it, and teaches noth
   RectificationEstimator estimator(camera, {});
   std::mt19937_64 random(5);
   SeenMotion motion;
-  const MotionEvidence shown = drive(estimator, random, RectificationResidual(camera), 0.1, true, &motion);
+  const MotionEvidence shown = drive(estimator, random, PairGeometry(camera), 0.1, true, &motion);
   RectificationEstimator fresh(camera, {});
   const auto frame = fresh.dependence_of(motion, false);
   REQUIRE(frame);
@@ -263,11 +262,11 @@ TEST_CASE("What was learned of the same cameras is kept, and of others it is dro
   constexpr double kNoise_px = 0.05;  // so that ten motions tell the lenses
   const StereoCamera camera = test::kitti_camera();
   const LensResidual::Coefficients lens(-13.0, 7.0);
-  const RectificationResidual same(camera, test::planted_rectification(), lens);
+  const PairGeometry same(camera, test::planted_rectification(), lens);
   std::mt19937_64 random(12);
   RectificationEstimator first(camera, {});
   for (int keyframe = 0; keyframe < 10; ++keyframe) (void)drive(first, random, same, kNoise_px);
-  const auto second_run = [&](const RectificationResidual& truth) {
+  const auto second_run = [&](const PairGeometry& truth) {
     auto estimator = RectificationEstimator::after_drift(camera, {}, first.estimate());
     for (int keyframe = 0; keyframe < 10; ++keyframe) (void)drive(estimator, random, truth, kNoise_px);
     return estimator;
@@ -277,16 +276,16 @@ TEST_CASE("What was learned of the same cameras is kept, and of others it is dro
   CHECK_FALSE(kept.dropped_learned());
   CHECK(kept.lens_error().sigma[0] < first.lens_error().sigma[0]);
 
-  RectificationResidual::Coefficients turned = test::planted_rectification();
+  PairGeometry::Coefficients turned = test::planted_rectification();
   turned(0, 0) += 0.7;
   turned(1, 0) -= 0.7;
-  const auto drifted = second_run(RectificationResidual(camera, turned, lens));
+  const auto drifted = second_run(PairGeometry(camera, turned, lens));
   CHECK_FALSE(drifted.contradicts_learned());
   CHECK_FALSE(drifted.dropped_learned());
 
-  CHECK(second_run(RectificationResidual(camera)).contradicts_learned());
+  CHECK(second_run(PairGeometry(camera)).contradicts_learned());
   // Other lenses do not show in the rows.
-  const auto other_lens = second_run(RectificationResidual(camera, test::planted_rectification()));
+  const auto other_lens = second_run(PairGeometry(camera, test::planted_rectification()));
   CHECK_FALSE(other_lens.contradicts_learned());
   CHECK(other_lens.dropped_learned());
   CHECK(std::abs(other_lens.lens_error().k[0]) < 4.0 * other_lens.lens_error().sigma[0]);
@@ -296,7 +295,7 @@ TEST_CASE("A resumed estimator gives the same estimates as one that never stoppe
           "[stereo_slam][rectification]") {
   std::mt19937_64 random(4);
   const StereoCamera camera = test::kitti_camera();
-  const RectificationResidual truth(camera, test::planted_rectification());
+  const PairGeometry truth(camera, test::planted_rectification());
   RectificationEstimator estimator(camera, {});
   for (int keyframe = 0; keyframe < 3; ++keyframe) (void)drive(estimator, random, truth, 0.2);
   auto resumed = RectificationEstimator::resumed(camera, {}, estimator.estimate());
@@ -309,7 +308,7 @@ TEST_CASE("A resumed estimator gives the same estimates as one that never stoppe
 
 TEST_CASE("A motion that teaches nothing makes lengths as uncertain as one that does",
           "[stereo_slam][rectification]") {
-  const RectificationResidual exact(test::kitti_camera());
+  const PairGeometry exact(test::kitti_camera());
   std::mt19937_64 random(6);
   std::mt19937_64 same_random = random;
   RectificationEstimator taught(test::kitti_camera(), {});
@@ -338,7 +337,7 @@ TEST_CASE("Without data the estimate is the prior, zero", "[stereo_slam][rectifi
   CHECK(estimator.consider_motion({}).covariance.isZero());
   CHECK(estimator.scale_sigma() == 0.0);
   estimator.advance();
-  CHECK(estimator.current().coefficients() == RectificationResidual::Coefficients::Zero());
+  CHECK(estimator.current().coefficients() == PairGeometry::Coefficients::Zero());
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ TEST_CASE("Measurements follow the displacement of the right image that the land
   const Remeasurement change = right.displace(left);
   CHECK(std::abs(change.of(left_px, z).z() - 13.0) < kRounding_px);
   CHECK((change.of(left_px, z).head<2>() - left_px).norm() < kRounding_px);
-  const auto now = right.view_of(StereoFrame{}).rectification;
+  const auto now = right.view_of(StereoFrame{}).geometry;
   CHECK((now.right_position(left_px, 13.0) - change.before.right_position(left_px, 12.0)).norm() <
         kRounding_px);
   CHECK(right.next_image(true).displacement.isZero(0.0));  // that of the next frame is unknown
@@ -98,7 +98,7 @@ constexpr double kDelay_s = 0.05;  // half of the time between two frames
 
 /// Where the right image of the last frame shows a point, px.
 [[nodiscard]] double column(const RightCamera& right, const StereoPoint& z) {
-  return right.view_of(StereoFrame{}).rectification.right_position(z).x();
+  return right.view_of(StereoFrame{}).geometry.right_position(z).x();
 }
 
 TEST_CASE("The exposure of a late keyframe is corrected by the motion after it", "[stereo_slam][rig]") {

@@ -38,8 +38,7 @@ TEST_CASE("Most of what a rendered highway shows is far away", "[stereo_slam][hi
   for (const std::size_t i : {std::size_t{0}, std::size_t{20}, std::size_t{39}}) {
     const StereoFrame frame = load_frame(drive().sequence, i);
     const auto features = extract_features(frame.left, settings.features);
-    const auto points =
-        measure_stereo_points({frame, camera, RectificationResidual(camera)}, features, {}, settings);
+    const auto points = measure_stereo_points({frame, camera, PairGeometry(camera)}, features, {}, settings);
     for (const auto& point : points.measured) far += point.z.z() < far_px ? 1U : 0U;
     all += points.measured.size();
   }

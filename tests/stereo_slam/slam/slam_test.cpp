@@ -132,8 +132,7 @@ TEST_CASE("Landmarks that are culled in a keyframe do not disturb the rectificat
   Slam slam(straight_recording().camera, settings);
   for (const auto& frame : straight_recording().frames) (void)slam.process(frame);
   slam.finish();
-  const RectificationResidual learned(straight_recording().camera,
-                                      slam.saved_map().rectification.coefficients);
+  const PairGeometry learned(straight_recording().camera, slam.saved_map().rectification.coefficients);
   const Vector2<double> offset_px = learned.rms_offset_px();  // over the image; the calibration is exact
   CAPTURE(learned.coefficients(), offset_px);
   CHECK(offset_px.x() < 0.02);  // of the disparity

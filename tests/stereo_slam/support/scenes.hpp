@@ -12,7 +12,7 @@
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/frontend/stereo_points.hpp"
 #include "stereo_slam/local_map/landmark.hpp"
-#include "stereo_slam/rig/rectification_residual.hpp"
+#include "stereo_slam/rig/pair_geometry.hpp"
 
 /// Points, poses and images with known ground truth, for the tests of the SLAM's stages.
 namespace stereo_slam::test {
@@ -21,8 +21,8 @@ namespace stereo_slam::test {
 inline StereoCamera kitti_camera() { return {718.856, 718.856, 607.1928, 185.2157, 0.5371657, 1241, 376}; }
 
 /// Coefficients of a rectification error that is as large as those of public recordings.
-inline RectificationResidual::Coefficients planted_rectification() {
-  RectificationResidual::Coefficients c;
+inline PairGeometry::Coefficients planted_rectification() {
+  PairGeometry::Coefficients c;
   c << 0.2, -0.3, 0.1, 0.8, 0.0, -0.1, -0.4, 0.1, 0.2, 0.0,  //
       -0.2, 0.2, 0.1, -0.1, 1.4, 0.1, 0.1, -0.3, 0.1, 0.2;
   return c;

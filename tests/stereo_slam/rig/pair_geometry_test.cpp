@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/rig/rectification_residual.hpp"
+#include "stereo_slam/rig/pair_geometry.hpp"
 
 #include <cmath>
 #include <random>
@@ -12,7 +12,7 @@ namespace {
 
 TEST_CASE("Measuring a point inverts its right position", "[stereo_slam][rectification]") {
   std::mt19937_64 random(1);
-  const RectificationResidual residual(test::kitti_camera(), test::planted_rectification());
+  const PairGeometry residual(test::kitti_camera(), test::planted_rectification());
   for (int i = 0; i < 20; ++i) {
     const StereoPoint z = test::random_measurement(random, test::kitti_camera(), 5.0, 80.0);
     const auto measured = residual.measure(residual.left_position(z), residual.right_position(z));
@@ -26,7 +26,7 @@ TEST_CASE("The root mean square of an offset is that of its values over the imag
   StereoCamera camera = test::kitti_camera();
   camera.cx = 0.5 * camera.width_px;
   camera.cy = 0.5 * camera.height_px;
-  const RectificationResidual residual(camera, test::planted_rectification());
+  const PairGeometry residual(camera, test::planted_rectification());
   Vector2<double> sum = Vector2<double>::Zero();
   constexpr int kSteps = 200;
   for (int i = 0; i < kSteps; ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stereo_slam/rig/rectification_residual.hpp"
+#include "stereo_slam/rig/pair_geometry.hpp"
 
 #include <array>
 #include <cmath>
@@ -9,12 +9,12 @@ namespace stereo_slam {
 namespace {
 
 /// Powers of x and y of the terms.
-constexpr std::array<std::array<int, 2>, RectificationResidual::kTerms> kPowers = {
+constexpr std::array<std::array<int, 2>, PairGeometry::kTerms> kPowers = {
     {{0, 0}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}, {3, 0}, {2, 1}, {1, 2}, {0, 3}}};
 
 }  // namespace
 
-RectificationResidual::Basis RectificationResidual::basis(const Vector2<double>& left_px) const {
+PairGeometry::Basis PairGeometry::basis(const Vector2<double>& left_px) const {
   const double x = 2.0 * (left_px.x() - camera_.cx) / camera_.width_px;
   const double y = 2.0 * (left_px.y() - camera_.cy) / camera_.height_px;
   Basis terms;
@@ -22,15 +22,14 @@ RectificationResidual::Basis RectificationResidual::basis(const Vector2<double>&
   return terms;
 }
 
-Vector2<double> RectificationResidual::right_position(const Vector2<double>& left_px,
-                                                      double disparity_px) const {
+Vector2<double> PairGeometry::right_position(const Vector2<double>& left_px, double disparity_px) const {
   const Vector2<double> exact_px = exposure_.right_position(lens_.corrected(left_px), disparity_px);
   Vector2<double> right_px = lens_.in_image(exact_px) + coefficients_ * basis(left_px);
   if (is_displaced_) right_px += ImageDisplacement::basis(right_px, camera_) * displacement_;
   return right_px;
 }
 
-double RectificationResidual::rms(const Basis& coefficients) {
+double PairGeometry::rms(const Basis& coefficients) {
   const auto mean = [](int power) { return power % 2 == 0 ? 1.0 / (power + 1) : 0.0; };  // over [-1, 1]
   double sum = 0.0;
   for (std::size_t i = 0; i < kPowers.size(); ++i) {
@@ -42,12 +41,12 @@ double RectificationResidual::rms(const Basis& coefficients) {
   return std::sqrt(sum);
 }
 
-Vector2<double> RectificationResidual::rms_offset_px() const {
+Vector2<double> PairGeometry::rms_offset_px() const {
   return {rms(coefficients_.row(0).transpose()), rms(coefficients_.row(1).transpose())};
 }
 
-StereoMeasurement RectificationResidual::measure(const Vector2<double>& left_px,
-                                                 const Vector2<double>& right_px) const {
+StereoMeasurement PairGeometry::measure(const Vector2<double>& left_px,
+                                        const Vector2<double>& right_px) const {
   Vector2<double> without_offset_px = right_px - coefficients_ * basis(left_px);
   if (is_displaced_) {
     // The basis is that of the undisplaced position: the inverse of right_position(), to first order of what

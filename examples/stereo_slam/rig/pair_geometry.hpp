@@ -12,26 +12,26 @@
 
 namespace stereo_slam {
 
-/// Residual error of the stereo rectification: a smooth offset of the right image,
+/// How the two images of a pair show a point: what their rectification has left is a smooth offset of the
+/// right image,
 ///
 ///   (u_right, v_right) = (u - d, v) + C (1, x, y, x^2, x y, y^2, x^3, x^2 y, x y^2, y^3)',
 ///
-/// where (x, y) is the left position relative to the principal point in half image sizes, so that a
+/// where (x, y) is the left position relative to the principal point and in half image sizes, so that a
 /// coefficient is an offset in pixels at the border. The offset is zero for a perfect calibration; small
 /// errors of the relative rotation or a difference of the lenses cause it. An offset of a fraction of a pixel
 /// in u changes the length of the estimated path by several per cent. The error that both lenses have is a
 /// LensResidual: a measurement z is what exact pinhole cameras would measure. The right image of a single
 /// frame may be displaced in addition, and exposed later than the left one (LateExposure).
-class RectificationResidual {
+class PairGeometry {
  public:
   static constexpr int kTerms = 10;
   using Basis = antipode::Vector<double, kTerms>;
   using Coefficients = antipode::Matrix<double, 2, kTerms>;  ///< px; rows u, v
 
-  RectificationResidual() = default;
-  explicit RectificationResidual(const StereoCamera& camera,
-                                 const Coefficients& coefficients = Coefficients::Zero(),
-                                 const LensResidual::Coefficients& lens = LensResidual::Coefficients::Zero())
+  PairGeometry() = default;
+  explicit PairGeometry(const StereoCamera& camera, const Coefficients& coefficients = Coefficients::Zero(),
+                        const LensResidual::Coefficients& lens = LensResidual::Coefficients::Zero())
       : camera_(camera), coefficients_(coefficients), lens_(camera, lens) {}
 
   /// The terms (1, x, y, ...) at a position in the left image.
@@ -39,24 +39,24 @@ class RectificationResidual {
   [[nodiscard]] const Coefficients& coefficients() const noexcept { return coefficients_; }
 
   /// The same for a frame whose right image is displaced in addition.
-  [[nodiscard]] RectificationResidual displaced(const ImageDisplacement::Coefficients& displacement) const {
-    RectificationResidual result = *this;
+  [[nodiscard]] PairGeometry displaced(const ImageDisplacement::Coefficients& displacement) const {
+    PairGeometry result = *this;
     result.displacement_ = displacement;
     result.is_displaced_ = !displacement.isZero(0.0);
     return result;
   }
   /// The same for one with a further displacement. That of a late right image is a rotation of the rig.
-  [[nodiscard]] RectificationResidual displaced_further(const ImageDisplacement::Coefficients& by) const {
+  [[nodiscard]] PairGeometry displaced_further(const ImageDisplacement::Coefficients& by) const {
     if (!exposure_.is_late()) return displaced(displacement_ + by);
-    RectificationResidual result = *this;
+    PairGeometry result = *this;
     result.exposure_ = exposure_.turned(ImageDisplacement::rotation(by, camera_));
     return result;
   }
   [[nodiscard]] const ImageDisplacement::Coefficients& displacement() const noexcept { return displacement_; }
 
   /// The same for a frame whose right image was exposed while the rig had moved by `T_left_later`.
-  [[nodiscard]] RectificationResidual late(const Pose& T_left_later) const {
-    RectificationResidual result = *this;
+  [[nodiscard]] PairGeometry late(const Pose& T_left_later) const {
+    PairGeometry result = *this;
     result.exposure_ = LateExposure(camera_, T_left_later);
     return result;
   }
@@ -80,7 +80,7 @@ class RectificationResidual {
   /// The same of the offset in u and of that in v, px.
   [[nodiscard]] Vector2<double> rms_offset_px() const;
 
-  /// Stereo measurement of a point seen at `left_px` and `right_px`, corrected by this residual.
+  /// Stereo measurement of a point that the images show at `left_px` and `right_px`.
   [[nodiscard]] StereoMeasurement measure(const Vector2<double>& left_px,
                                           const Vector2<double>& right_px) const;
 
@@ -95,7 +95,7 @@ class RectificationResidual {
 
 /// How a frame was seen, and how it is seen since something was learned of its right image.
 struct Remeasurement {
-  RectificationResidual before, after;
+  PairGeometry before, after;
 
   /// What a point that was measured as `z` at `left_px` is measured as now.
   [[nodiscard]] StereoPoint of(const Vector2<double>& left_px, const StereoPoint& z) const {
