@@ -15,6 +15,7 @@ struct FrameEvidence {
   bool segment_predicted =
       false;  ///< the place of the map segment was predicted over a short gap, some time ago
   bool segment_localised = false;  ///< the place of the map segment became known just before this frame
+  bool turn_measured = false;  ///< a turn of the right camera was measured in every frame since it happened
   WeakReasons weak{};
 };
 
@@ -31,7 +32,8 @@ struct FrameEvidence {
     return evidence.waits ? TrackingStatus::kWeak : TrackingStatus::kLost;
   if (evidence.segment_localised) return TrackingStatus::kRelocalised;
   const bool place_unknown = weak.segment_not_localised && !evidence.segment_predicted;
-  if (weak.right_image_unfit || weak.right_camera_turned || place_unknown) return TrackingStatus::kWeak;
+  const bool turn_unknown = weak.right_camera_turned && !evidence.turn_measured;
+  if (weak.right_image_unfit || turn_unknown || place_unknown) return TrackingStatus::kWeak;
   if (evidence.begins_map) return TrackingStatus::kInitializing;
   if (found_again(evidence.basis, evidence.after_loss)) return TrackingStatus::kRelocalised;
   const bool doubtful = weak.odometry_alone || weak.imu_alone || weak.imu_contradicted ||

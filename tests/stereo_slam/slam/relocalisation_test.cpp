@@ -260,7 +260,7 @@ TEST_CASE("Tracking recovers from frames with left and right swapped", "[stereo_
   CHECK(outcome.rms_error_m(every) < std::max(0.3, 2.0 * undisturbed().rms_error_m(every)));
 }
 
-TEST_CASE("A right camera that turns up by half a pixel goes on being used, and one keyframe tells it",
+TEST_CASE("A right camera that turns up by half a pixel goes on being used",
           "[stereo_slam][relocalisation]") {
   const auto outcome = run({range(0, 60), [](std::size_t step, StereoFrame& frame) {
                               if (step < 30) return;
@@ -269,12 +269,7 @@ TEST_CASE("A right camera that turns up by half a pixel goes on being used, and 
                                              cv::INTER_CUBIC, cv::BORDER_REPLICATE);
                             }});
   CAPTURE(outcome.letters(), outcome.errors_m);
-  CHECK(outcome.count(TrackingStatus::kOk) == 58);
-  const std::size_t told = outcome.first(TrackingStatus::kWeak);
-  REQUIRE(told < 60);
-  CHECK(told > 30);
-  CHECK(outcome.results[told].is_keyframe);
-  CHECK(outcome.results[told].weak.right_camera_turned);
+  CHECK(outcome.letters() == "I" + std::string(59, 'O'));
   CHECK(outcome.errors_m.back() < 0.1);
 }
 
