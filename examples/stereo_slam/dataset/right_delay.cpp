@@ -17,6 +17,7 @@
 namespace stereo_slam {
 namespace {
 
+constexpr double kLeastLikelyRows_px = 0.02;
 constexpr double kSigmaOfMedian = 1.4826;  // of normal errors: 1 / 0.6745
 
 /// What the rows of all pairs have in common: the delay, another scale of the rows, and a radial distortion
@@ -190,8 +191,13 @@ bool RightDelay::is_clear() const {
 bool RightDelay::is_likely() const {
   constexpr double kLeast = 0.03;  // frames; up to .007 on KITTI, EuRoC and rendered drives
   constexpr double kSigmas = 10.0;
-  constexpr double kLeastRows_px = 0.02;
-  return std::abs(frames) > std::max(kLeast, kSigmas * sigma) && rows_px > kLeastRows_px;
+  return std::abs(frames) > std::max(kLeast, kSigmas * sigma) && rows_px > kLeastLikelyRows_px;
+}
+
+bool RightDelay::is_possible() const {
+  constexpr double kLeast = 0.02;  // frames
+  constexpr double kSigmas = 5.0;
+  return std::abs(frames) > std::max(kLeast, kSigmas * sigma) && rows_px > kLeastLikelyRows_px;
 }
 
 std::optional<RightDelay> right_delay(const StereoCamera& camera,

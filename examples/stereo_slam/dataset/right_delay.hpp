@@ -25,6 +25,8 @@ struct RightDelay {
   [[nodiscard]] bool is_clear() const;
   /// Whether a run should take the delay into account, which it then measures better: a smaller one, too.
   [[nodiscard]] bool is_likely() const;
+  /// Whether it is worth to look closer, in pairs of neighbouring frames: they tell it twice as well.
+  [[nodiscard]] bool is_possible() const;
 };
 
 /// The delay within half the time between two frames that fits the rows of the points best, of which some are

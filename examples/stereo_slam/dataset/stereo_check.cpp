@@ -109,9 +109,12 @@ double delay_of_parabola(double by_next, double by_last) {
 std::optional<DelayEstimate> delay_of_right_images(const StereoSequence& sequence, const RightDelay& delay) {
   constexpr double kSigma = 0.1;  // of a delay, relative: wrong points pull it to zero
   constexpr double kLeastSigma_frames = 0.01;
-  if (!delay.is_likely()) return std::nullopt;
+  if (!delay.is_possible()) return std::nullopt;
   const auto next = right_delay(sequence.camera, sampled_motions(sequence, 1, Direction::kForward), 1);
   const auto last = right_delay(sequence.camera, sampled_motions(sequence, 1, Direction::kBackward), 1);
+  const bool both = next && last && next->is_likely() && last->is_likely();
+  const bool agree = both && (next->frames > 0.0) != (last->frames > 0.0);
+  if (!delay.is_likely() && !agree) return std::nullopt;
   double frames = delay.frames;
   if (next && last) frames = delay_of_parabola(next->frames, -last->frames);
   std::vector<std::int64_t> stamps_ns;

@@ -122,6 +122,15 @@ TEST_CASE("A rig that vibrates shows its delay, and none if it has none", "[moti
   CHECK(late->is_clear());
 }
 
+TEST_CASE("A delay that is not clear is looked for in neighbouring frames", "[motion]") {
+  const RightDelay vague{.frames = 0.025, .sigma = 0.004, .rows_px = 0.04};
+  CHECK(vague.is_possible());
+  CHECK_FALSE(vague.is_likely());
+  CHECK_FALSE(RightDelay{.frames = 0.025, .sigma = 0.006, .rows_px = 0.04}.is_possible());
+  CHECK_FALSE(RightDelay{.frames = 0.015, .sigma = 0.001, .rows_px = 0.04}.is_possible());
+  CHECK_FALSE(RightDelay{.frames = 0.025, .sigma = 0.004, .rows_px = 0.01}.is_possible());
+}
+
 TEST_CASE("A camera that stands, and few points, show no delay", "[motion]") {
   const auto standing = right_delay(kMovingCamera, delayed_points(0.5, 0.0), kDelayGap);
   CHECK((standing && !standing->is_clear()));
