@@ -65,7 +65,8 @@ LateMotion RightCamera::motion_until_exposure(const RigVelocity& measured) const
 }
 
 /// The velocity is between those of the motions before and after the frame. The turn that the images showed
-/// is relative to that of the keyframe before, whose error it shares.
+/// is relative to that of the keyframe before, whose error it shares. If the right camera vibrates besides,
+/// it turns by more than the velocity and what is not known of it.
 Remeasurement RightCamera::expose_with(const RigVelocity& next) {
   constexpr double kBetween = 0.5;  // of the change: velocities jump anywhere between two frames
   const PairGeometry before = geometry(image_);
@@ -79,9 +80,11 @@ Remeasurement RightCamera::expose_with(const RigVelocity& next) {
                                   (rectification_.delay()->sigma_s * per_s.head<3>()).cwiseAbs2() +
                                   Vector3<double>::Constant(kLeastVariance_px2 / (camera_.fx * camera_.fx));
   if (measured_velocity_ && keyframe_motion_ && image_.late) {
-    const Vector3<double> gain =
-        variance_rad2.cwiseQuotient(variance_rad2 + keyframe_motion_->sigma_turn_rad.cwiseAbs2());
+    const Vector3<double> of_shown_rad2 = keyframe_motion_->sigma_turn_rad.cwiseAbs2();
     const Vector3<double> shown_rad = image_.late->turn_rad + image_.late->turn_left_rad;
+    turns_.add(shown_rad - late.turn_rad, variance_rad2 + of_shown_rad2);
+    variance_rad2 += turns_.value();
+    const Vector3<double> gain = variance_rad2.cwiseQuotient(variance_rad2 + of_shown_rad2);
     late.turn_left_rad = gain.cwiseProduct(shown_rad - late.turn_rad);
     variance_rad2 -= gain.cwiseProduct(variance_rad2);
   }

@@ -9,6 +9,7 @@
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/rig/displacement_estimation.hpp"
+#include "stereo_slam/rig/excess_variance.hpp"
 #include "stereo_slam/rig/learned_cameras.hpp"
 #include "stereo_slam/rig/lens_residual.hpp"
 #include "stereo_slam/rig/rectification_estimator.hpp"
@@ -214,8 +215,9 @@ class RightCamera {
   int surprises_ = 0;
   std::optional<LateMotion> keyframe_motion_;  // until the late right image of the last keyframe was exposed
   std::vector<StereoMeasurement> keyframe_matches_;  // of that image
-  bool came_to_rest_ = false;                        // at the last keyframe, after a displacement
-  bool disparities_tested_ = false;                  // a motion told whether they have a large error
+  ExcessVariance turns_;       // of the right camera until it is exposed, beside those by the velocity, rad
+  bool came_to_rest_ = false;  // at the last keyframe, after a displacement
+  bool disparities_tested_ = false;  // a motion told whether they have a large error
   int disparity_tests_left_ = 10;
   int unmeasured_frames_ = 0;  // in a row
 };

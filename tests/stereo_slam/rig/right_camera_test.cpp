@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/rig/right_camera.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
@@ -138,6 +139,32 @@ TEST_CASE("A turn that a late image shows counts as much as the velocity leaves 
     else
       CHECK(std::abs(taken_px - 3.0) < 0.2);  // the velocity tells it to 7 px
   }
+}
+
+TEST_CASE("A turn that a late image shows is that of a vibration, if others were unexpected too",
+          "[stereo_slam][rig]") {
+  const StereoPoint z(600.0, 180.0, 12.0);
+  RightCamera right = late_camera();
+  (void)right.expose_with(velocity_with(0.0));  // the first keyframe
+  right.add_rows({});
+  double error_px = 0.0;
+  constexpr int kKeyframes = 12, kLearned = 6;
+  for (int i = 0; i < kKeyframes; ++i) {
+    (void)right.move_with(velocity_with(0.0));
+    auto image = right.next_image(true);
+    image.late = right.motion_until_exposure(velocity_with(0.0));
+    right.take(image, {});
+    const double expected_px = column(right, z);
+    DisplacementEstimate shown;
+    shown.change[0] = shown.change[3] = i % 2 == 0 ? 3.0 : -3.0;  // px, a turn sideways
+    shown.covariance *= 0.02 * 0.02;
+    (void)right.displace(shown);
+    right.add_rows({});
+    (void)right.expose_with(velocity_with(0.0));
+    if (i >= kLearned)
+      error_px = std::max(error_px, std::abs(column(right, z) - expected_px - shown.change[0]));
+  }
+  CHECK(error_px < 0.05);  // each turn is known to .02 px, relative to the keyframe before
 }
 
 TEST_CASE("The displacement of a late right image is a rotation until its exposure", "[stereo_slam][rig]") {
