@@ -19,6 +19,7 @@ namespace {
 // camera, but one or the other may be small by chance.
 constexpr double kDisparityPerRow = 2.0;
 constexpr double kExactSigma_px = 0.03;  // of a coefficient if there is no row offset
+constexpr std::size_t kMinCorners = 50;  // for a displacement and a roll of the rows
 
 /// Whether a change is too large for derivatives.
 [[nodiscard]] bool is_large(const CameraErrors::Coefficients& change) {
@@ -145,8 +146,21 @@ void RectificationEstimator::add_delay(std::span<const StereoMeasurement> matche
   delay_.add(matches, current(), motion, camera_);
 }
 
+std::optional<ImageDisplacement::Coefficients> RectificationEstimator::displacement_of_rows(
+    std::span<const CornerPair> corners) const {
+  constexpr double kMaxResidual_px = 2.0;  // the median: as far as stereo matches are searched beside rows
+  if (corners.size() < kMinCorners) return std::nullopt;
+  const RobustLine fit = fit_rows(corners, current());
+  if (!(fit.median_residual <= kMaxResidual_px)) return std::nullopt;
+  const Vector2<double> change_px =
+      Vector2<double>(fit.offset, fit.slope) - coefficients_.row(1).head<2>().transpose();
+  ImageDisplacement::Coefficients displacement = ImageDisplacement::Coefficients::Zero();
+  displacement[1] = change_px[0];
+  displacement[2] = change_px[1] / DisplacementTerms(camera_).rows(1, 2);
+  return displacement;
+}
+
 bool RectificationEstimator::relearn_rows(std::span<const CornerPair> corners) {
-  constexpr std::size_t kMinCorners = 50;
   constexpr double kMaxResidual_px = 0.3;  // the median; .03 to .24 on good pairs, .36 and more on late ones
   constexpr double kLeastChange_px = 1.0;  // smaller ones leave enough matches
   if (corners.size() < kMinCorners) return false;

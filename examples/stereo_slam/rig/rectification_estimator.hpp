@@ -88,6 +88,10 @@ class RectificationEstimator {
   /// right image is displaced or rolled far from current(). Returns whether they do. Call it where hardly any
   /// stereo match is found: at the start, or after the cameras may have been moved.
   bool relearn_rows(std::span<const CornerPair> corners);
+  /// The displacement across the rows, and the roll, that the corners of a pair show besides. Nothing if they
+  /// are few, or their rows differ by too much to search along them.
+  [[nodiscard]] std::optional<ImageDisplacement::Coefficients> displacement_of_rows(
+      std::span<const CornerPair> corners) const;
 
   /// A motion whose points were all measured with current(). Returns how it depends on the disparity offset.
   /// Ignores the points and returns zero if they are fewer than 30 or do not determine the motion.

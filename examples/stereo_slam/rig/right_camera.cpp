@@ -64,6 +64,12 @@ LateMotion RightCamera::motion_until_exposure(const RigVelocity& measured) const
   return result;
 }
 
+std::optional<LateMotion> RightCamera::motion_by_rows(const StereoFrame& frame) const {
+  const auto displacement = rectification_.displacement_of_rows(match_corners(frame.left, frame.right));
+  if (!displacement) return std::nullopt;
+  return LateMotion{.turn_rad = ImageDisplacement::rotation(*displacement, camera_)};
+}
+
 /// The velocity is between those of the motions before and after the frame. The turn that the images showed
 /// is relative to that of the keyframe before, whose error it shares. If the right camera vibrates besides,
 /// it turns by more than the velocity and what is not known of it.
@@ -201,6 +207,10 @@ bool RightCamera::refuse_learned() {
 }
 
 bool RightCamera::relearn_rows(const StereoFrame& frame) {
+  if (is_late()) {
+    if (const auto motion = motion_by_rows(frame)) image_.late = motion;
+    return false;
+  }
   return settings_.enabled && rectification_.relearn_rows(match_corners(frame.left, frame.right));
 }
 

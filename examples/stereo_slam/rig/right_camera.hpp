@@ -106,6 +106,9 @@ class RightCamera {
   /// velocity `measured`: the mean over that motion, and how it changed since the last one, until the
   /// exposure.
   [[nodiscard]] LateMotion motion_until_exposure(const RigVelocity& measured) const;
+  /// The same if the velocity is unknown, by the rows of the frame: they show how the rig turns about two
+  /// axes if its other motion is small, enough to search along them.
+  [[nodiscard]] std::optional<LateMotion> motion_by_rows(const StereoFrame& frame) const;
   /// Sets the translation of a right image whose velocity is known to that of the motion to its frame.
   [[nodiscard]] Remeasurement move_with(const RigVelocity& measured, RightImageState& image) const;
   /// Whether the next motion is to show whether the disparities have a large error: until one has told, but
@@ -139,7 +142,7 @@ class RightCamera {
   void add_rows(std::span<const StereoMeasurement> matches) {
     if (!settings_.enabled) return;
     if (is_late()) begin_late_keyframe(matches);
-    if (!is_late() || image_.late) rectification_.add_rows(matches);  // else they are in other rows
+    if (!is_late() || measured_velocity_) rectification_.add_rows(matches);  // else they are in other rows
   }
   /// Refines the rectification by the motion from the last keyframe, seen by its landmarks. If the landmarks
   /// do not tell how the motion depends on the rectification, the points of the odometry do, if it alone

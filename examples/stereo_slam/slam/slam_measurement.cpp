@@ -74,7 +74,10 @@ RightImageState Slam::next_right_image(const FrameImages& images) const {
       motion_in_left(points_of_previous(), pyramids, right_camera_.view_of(images.frame, right), expected,
                      settings_.odometry);
   const auto velocity = motion ? motion_.velocity_by(*motion, images.frame.stamp_ns) : std::nullopt;
-  if (velocity) right.late = right_camera_.motion_until_exposure(*velocity);
+  if (velocity)
+    right.late = right_camera_.motion_until_exposure(*velocity);
+  else if (const auto shown = right_camera_.motion_by_rows(images.frame))
+    right.late = shown;
   return right;
 }
 

@@ -206,6 +206,22 @@ TEST_CASE("Rows are not learned anew from pairs that do not agree, nor if they a
   CHECK(estimator.current().coefficients().isZero());
 }
 
+TEST_CASE("Corners tell the displacement and the roll of a pair, relative to the rows that are known",
+          "[stereo_slam][rectification]") {
+  const StereoCamera camera = test::kitti_camera();
+  RectificationEstimator estimator(camera, {});
+  REQUIRE(estimator.relearn_rows(corners_of(5.0, 0.0, 0.2)));
+  const auto shown = estimator.displacement_of_rows(corners_of(-2.0, 3.0, 0.2));
+  REQUIRE(shown);
+  const double half_width = 0.5 * camera.width_px / camera.fx;
+  CHECK(std::abs((*shown)[1] + 7.0) < 0.2);
+  CHECK(std::abs((*shown)[2] - 3.0 / half_width) < 0.2 / half_width);
+  CHECK(((*shown)[0] == 0.0 && (*shown)[3] == 0.0 && (*shown)[4] == 0.0));  // rows do not tell them
+  CHECK(std::abs(estimator.current().coefficients()(1, 0) - 5.0) < 0.15);   // what is known stays
+  CHECK_FALSE(estimator.displacement_of_rows({}));
+  CHECK_FALSE(estimator.displacement_of_rows(corners_of(0.0, 0.0, 10.0)));
+}
+
 TEST_CASE("The reported uncertainty of lengths decreases with the distance driven",
           "[stereo_slam][rectification]") {
   std::mt19937_64 random(6);
