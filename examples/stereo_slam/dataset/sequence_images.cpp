@@ -55,9 +55,8 @@ RawPair read_source(const StereoSequence& sequence, std::size_t index) {
                                                    sequence.folder.string(), index, sequence.frames.size()));
 }
 
-/// Both images of a frame whose left file shows them side by side.
-RawPair read_side_by_side(const StereoSequence& sequence, std::size_t index) {
-  const fs::path& file = sequence.frames.at(index).left;
+/// Both images of a file that shows them side by side.
+RawPair read_both(const StereoSequence& sequence, const fs::path& file) {
   RawPair pair;
   const cv::Mat both = load_or_fault([&] { return load_gray_image(file, sequence.scale); }, pair.left_fault);
   try {
@@ -69,10 +68,21 @@ RawPair read_side_by_side(const StereoSequence& sequence, std::size_t index) {
   return pair;
 }
 
+/// Both images of a frame whose files show them side by side. It has two files if its right image is that of
+/// another frame.
+RawPair read_side_by_side(const StereoSequence& sequence, const StereoFiles& files) {
+  if (files.right.empty() || files.right == files.left) return read_both(sequence, files.left);
+  RawPair pair = read_both(sequence, sequence.right_half_first ? files.right : files.left);
+  RawPair other = read_both(sequence, sequence.right_half_first ? files.left : files.right);
+  pair.right = std::move(other.right);
+  pair.right_fault = std::move(other.right_fault);
+  return pair;
+}
+
 RawPair read_recorded(const StereoSequence& sequence, std::size_t index) {
   if (sequence.source) return read_source(sequence, index);
-  if (sequence.side_by_side) return read_side_by_side(sequence, index);
   const StereoFiles& files = sequence.frames.at(index);
+  if (sequence.side_by_side) return read_side_by_side(sequence, files);
   RawPair pair;
   pair.left = load_or_fault([&] { return load_gray_image(files.left, sequence.scale); }, pair.left_fault);
   pair.right = load_or_fault([&] { return load_gray_image(files.right, sequence.scale); }, pair.right_fault);
