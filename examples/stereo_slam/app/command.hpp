@@ -45,8 +45,9 @@ struct DatasetOptions {
   std::string imu_topic;      ///< of a bag; empty: see choose_imu_topic()
   bool record_times = false;  ///< of a bag, not those in the headers
   std::optional<double> max_pair_distance_ms{};
-  bool right_half_first = false;  ///< of images side by side
-  double scale = 1.0;             ///< of the images, from 0 to 1
+  bool right_half_first = false;            ///< of images side by side
+  std::optional<int> right_image_offset{};  ///< see offset_right_images()
+  double scale = 1.0;                       ///< of the images, from 0 to 1
 };
 
 /// Scans the recording or the camera that the options name; see scan_bag() and scan_sequence().
@@ -63,6 +64,9 @@ CLI::Option* add_pose_frame_option(CLI::App& app, PoseFrame& frame);
 /// Accepts decimal whole numbers from `least` to `most`; CLI11 alone wraps negative and too large ones.
 [[nodiscard]] std::function<std::string(const std::string&)> whole_number_between(std::uint64_t least,
                                                                                   std::uint64_t most);
+
+/// The same from a negative number to a positive one.
+[[nodiscard]] std::function<std::string(const std::string&)> integer_between(int least, int most);
 
 /// Accepts the names only.
 [[nodiscard]] std::function<std::string(const std::string&)> one_of(const std::vector<std::string>& names);

@@ -8,6 +8,7 @@
 
 #include "stereo_slam/app/command.hpp"
 #include "stereo_slam/bags/bag_recording.hpp"
+#include "stereo_slam/dataset/shifted_pairs.hpp"
 #include "stereo_slam/io/file_error.hpp"
 
 namespace stereo_slam {
@@ -50,6 +51,13 @@ void add_dataset_options(CLI::App& app, DatasetOptions& dataset) {
       ->type_name("MS");
   app.add_flag("--right-half-first", dataset.right_half_first,
                "in images that show both cameras side by side, the first half is that of the right camera");
+  constexpr int kMostOffset = 1000;
+  app.add_option(
+         "--right-image-offset", dataset.right_image_offset,
+         "pair every left image with the right image N frames later (negative: earlier); with 0 a run "
+         "goes on although pairs look shifted")
+      ->check(integer_between(-kMostOffset, kMostOffset))
+      ->type_name("N");
   let_be_one_of(app.add_option("--format", dataset.format,
                                "layout of the folder; euroc includes TUM-VI; default: auto"),
                 {"kitti", "euroc", "folders", "video", "auto"});
@@ -83,6 +91,7 @@ namespace {
 
 SequenceScan scan(const DatasetOptions& dataset) {
   SequenceScan scan = scan_unscaled(dataset);
+  if (dataset.right_image_offset) offset_right_images(scan, *dataset.right_image_offset);
   scale_images(scan, dataset.scale);
   check_memory(scan);
   return scan;
@@ -114,6 +123,17 @@ std::function<std::string(const std::string&)> number_between(double least, doub
     const bool good =
         error == std::errc{} && end == text.data() + text.size() && value >= least && value <= most;
     return good ? std::string() : fmt::format("{} is not a number from {} to {}", text, least, most);
+  };
+}
+
+std::function<std::string(const std::string&)> integer_between(int least, int most) {
+  return [least, most](const std::string& text) {
+    const bool negative = text.starts_with('-');
+    const auto digits = negative ? text.substr(1) : text;
+    const std::uint64_t bound = static_cast<std::uint64_t>(std::abs(negative ? least : most));
+    return whole_number_between(0, bound)(digits).empty()
+               ? std::string()
+               : fmt::format("{} is not a whole number from {} to {}", text, least, most);
   };
 }
 

@@ -28,6 +28,8 @@ using Matrix2x3 = antipode::Matrix<double, 2, 3>;
 using Matrix2x6 = antipode::Matrix<double, 2, 6>;
 using Evidence = antipode::GaussianInformation<double, 3>;  // of (log f, cx, cy)
 
+constexpr double kNoticeable = 0.05;  // of the logarithm of a focal length
+
 /// The camera, and the motion of each pair of frames in baselines.
 struct Unknowns {
   double focal_px = 0.0;
@@ -174,6 +176,36 @@ double noise_of(const Unknowns& x, const std::vector<std::vector<MovedPoint>>& p
   return median(distances) / kMedianOfNorm;
 }
 
+/// The camera that fits all pairs best; its spread is not known.
+std::optional<CameraFromMotion> best_camera(const StereoCamera& camera,
+                                            const std::vector<std::vector<MovedPoint>>& pairs) {
+  constexpr std::size_t kLeastPoints = 100;
+  constexpr double kSharp = 5.0;  // scale of the weights, in units of the noise
+  constexpr double kLeastNoise_px = 0.04;
+  const std::size_t points =
+      std::accumulate(pairs.begin(), pairs.end(), std::size_t{0},
+                      [](std::size_t sum, const auto& of_pair) { return sum + of_pair.size(); });
+  if (points < kLeastPoints) return std::nullopt;
+  Unknowns calibrated{.focal_px = camera.fx,
+                      .centre_px = {camera.cx, camera.cy},
+                      .T_second_first = std::vector(pairs.size(), Pose::identity())};
+  for (const double scale_px : {30.0, 5.0, 1.0})
+    (void)iterate(calibrated, pairs, scale_px, FreeCamera::kNothing);
+  Unknowns free = calibrated;
+  for (const double scale_px : {5.0, 1.0}) (void)iterate(free, pairs, scale_px, FreeCamera::kAll);
+  const double noise_px = std::max(noise_of(free, pairs), kLeastNoise_px);
+  for (const double scale_px : {5.0, 1.0}) (void)iterate(calibrated, pairs, scale_px, FreeCamera::kCentre);
+  const Fit fixed_focal = iterate(calibrated, pairs, kSharp * noise_px, FreeCamera::kCentre);
+  const Fit all = iterate(free, pairs, kSharp * noise_px, FreeCamera::kAll);
+  const Vector2<double>& centre_px = free.centre_px;
+  return CameraFromMotion{
+      .focal_factor = free.focal_px / camera.fx,
+      .sigma = noise_px * std::sqrt(std::max(all.camera.information.inverse()(0, 0), 0.0)),
+      .gain = 2.0 * (fixed_focal.cost - all.cost) / (noise_px * noise_px),
+      .is_camera = centre_px.x() > 0.0 && centre_px.x() < camera.width_px && centre_px.y() > 0.0 &&
+                   centre_px.y() < camera.height_px};
+}
+
 }  // namespace
 
 std::vector<MovedPoint> moved_points(const StereoFrame& first, const StereoFrame& second) {
@@ -204,41 +236,27 @@ std::vector<MovedPoint> moved_points(const StereoFrame& first, const StereoFrame
   return points;
 }
 
-bool CameraFromMotion::contradicts_calibration() const {
-  constexpr double kNoticeable = 0.05;
+bool CameraFromMotion::is_surprising() const {
   constexpr double kLeastGain = 200.0;
   constexpr double kSigmas = 10.0;
   const double change = std::abs(std::log(focal_factor));
   return is_camera && change > kNoticeable && gain > kLeastGain && change > kSigmas * sigma;
 }
 
+bool CameraFromMotion::is_one_camera() const { return spread < kNoticeable; }
+
 std::optional<CameraFromMotion> camera_from_motion(const StereoCamera& camera,
                                                    const std::vector<std::vector<MovedPoint>>& pairs) {
-  constexpr std::size_t kLeastPoints = 100;
-  constexpr double kSharp = 5.0;  // scale of the weights, in units of the noise
-  constexpr double kLeastNoise_px = 0.04;
-  const std::size_t points =
-      std::accumulate(pairs.begin(), pairs.end(), std::size_t{0},
-                      [](std::size_t sum, const auto& of_pair) { return sum + of_pair.size(); });
-  if (points < kLeastPoints) return std::nullopt;
-  Unknowns calibrated{.focal_px = camera.fx,
-                      .centre_px = {camera.cx, camera.cy},
-                      .T_second_first = std::vector(pairs.size(), Pose::identity())};
-  for (const double scale_px : {30.0, 5.0, 1.0})
-    (void)iterate(calibrated, pairs, scale_px, FreeCamera::kNothing);
-  Unknowns free = calibrated;
-  for (const double scale_px : {5.0, 1.0}) (void)iterate(free, pairs, scale_px, FreeCamera::kAll);
-  const double noise_px = std::max(noise_of(free, pairs), kLeastNoise_px);
-  for (const double scale_px : {5.0, 1.0}) (void)iterate(calibrated, pairs, scale_px, FreeCamera::kCentre);
-  const Fit fixed_focal = iterate(calibrated, pairs, kSharp * noise_px, FreeCamera::kCentre);
-  const Fit all = iterate(free, pairs, kSharp * noise_px, FreeCamera::kAll);
-  const Vector2<double>& centre_px = free.centre_px;
-  return CameraFromMotion{
-      .focal_factor = free.focal_px / camera.fx,
-      .sigma = noise_px * std::sqrt(std::max(all.camera.information.inverse()(0, 0), 0.0)),
-      .gain = 2.0 * (fixed_focal.cost - all.cost) / (noise_px * noise_px),
-      .is_camera = centre_px.x() > 0.0 && centre_px.x() < camera.width_px && centre_px.y() > 0.0 &&
-                   centre_px.y() < camera.height_px};
+  auto found = best_camera(camera, pairs);
+  if (!found || !found->is_surprising()) return found;
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    auto others = pairs;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
+    const auto without = best_camera(camera, others);
+    const double factor = without ? without->focal_factor : std::numeric_limits<double>::infinity();
+    found->spread = std::max(found->spread, std::abs(std::log(factor / found->focal_factor)));
+  }
+  return found;
 }
 
 }  // namespace stereo_slam

@@ -34,11 +34,20 @@ struct CameraFromMotion {
   double gain =
       0.0;  ///< chi-square of the calibrated focal length, with any principal point, minus that of this
   bool is_camera = true;  ///< the principal point is in the image
+  double spread = 0.0;  ///< by how much log(focal_factor) changes at most if one pair of frames is left out;
+                        ///< zero if the camera explains the points
 
-  /// Whether the calibrated focal length is clearly wrong. That of good recordings is off by up to 2.5 %, by
-  /// errors of their rectification, with gains of some hundreds; that of straight motion by any amount, with
-  /// gains below 50.
-  [[nodiscard]] bool contradicts_calibration() const;
+  /// Whether points move clearly not as with the calibrated focal length. That of good recordings is off by
+  /// up to 2.5 %, by errors of their rectification, with gains of some hundreds; that of straight motion by
+  /// any amount, with gains below 50.
+  [[nodiscard]] bool is_surprising() const;
+
+  /// Whether all pairs of frames show the same camera (spreads up to .015 with a wrong calibration). A moving
+  /// picture in view and repeated images are another camera in each of them (.07 to 2).
+  [[nodiscard]] bool is_one_camera() const;
+
+  /// Whether the calibrated focal length is clearly wrong.
+  [[nodiscard]] bool contradicts_calibration() const { return is_surprising() && is_one_camera(); }
 };
 
 /// The camera and the motions of all pairs of frames that fit the points best, from the calibrated camera on

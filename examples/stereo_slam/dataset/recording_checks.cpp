@@ -13,28 +13,49 @@
 
 #include <fmt/format.h>
 
+#include "stereo_slam/calibration/given_distortion.hpp"
 #include "stereo_slam/core/median.hpp"
 #include "stereo_slam/dataset/recording_hypotheses.hpp"
 
 namespace stereo_slam {
 namespace {
 
+constexpr double kFar = 0.15;  // rectified images of good cameras have up to 0.08
+
 /// Where a centre lies, relative to the middle of the image: 1 is the middle.
 [[nodiscard]] double relative(double centre_px, int size_px) { return 2.0 * centre_px / size_px; }
 
+[[nodiscard]] bool is_far(double centre_px, int size_px) {
+  return std::abs(relative(centre_px, size_px) - 1.0) > kFar;
+}
+
+/// What images are whose width was halved and whose height was not, or the other way round, as video is
+/// stored that shows two views in one: the principal point is off the middle in this direction, by a factor
+/// of two. Empty for others.
+[[nodiscard]] std::string squeezed_text(const ImageCentre& centre) {
+  constexpr double kAlike = 0.06;
+  const auto is_double = [](double factor) { return std::abs(0.5 * factor - 1.0) < kAlike; };
+  const double x = relative(centre.cx, centre.width_px), y = relative(centre.cy, centre.height_px);
+  if (is_double(x) == is_double(y) ||
+      is_far(is_double(x) ? centre.cy : centre.cx, is_double(x) ? centre.height_px : centre.width_px))
+    return "";
+  return fmt::format(
+      "the images look squeezed to half their {0}, as video that shows two views in one is stored; stretch "
+      "them to {1}x{2} px, or halve {3}",
+      is_double(x) ? "width" : "height", is_double(x) ? 2 * centre.width_px : centre.width_px,
+      is_double(x) ? centre.height_px : 2 * centre.height_px, is_double(x) ? "fx and cx" : "fy and cy");
+}
+
 /// What an off-centre principal point means; empty if it is not far off.
-[[nodiscard]] std::string centre_advice(const ImageCentre& centre) {
-  constexpr double kFar = 0.15;  // rectified images of good cameras have up to 0.08
-  constexpr double kExchanged = 0.1;
+[[nodiscard]] std::string centre_advice(const StereoSequence& sequence, const ImageCentre& centre) {
   const double x = relative(centre.cx, centre.width_px);
   const double y = relative(centre.cy, centre.height_px);
+  if (const auto order = likely_order(sequence)) return order_text(*order);
   if (const auto factor = size_factor(centre)) return other_size_text(centre, *factor);
+  if (const std::string squeezed = squeezed_text(centre); !squeezed.empty()) return squeezed;
   const bool far_x = std::abs(x - 1.0) > kFar;
   const bool far_y = std::abs(y - 1.0) > kFar;
   if (!far_x && !far_y) return "";
-  if (std::abs(relative(centre.cy, centre.width_px) - 1.0) < kExchanged &&
-      std::abs(relative(centre.cx, centre.height_px) - 1.0) < kExchanged)
-    return "cx and cy look exchanged";
   if (far_x && far_y)
     return "check that it is of this camera, of images of this size, and in the order cx, cy";
   const auto [name, first, last, lines] =
@@ -47,7 +68,7 @@ namespace {
 
 void check_centre(SequenceScan& scan) {
   const ImageCentre centre = centre_of(scan.sequence);
-  const std::string advice = centre_advice(centre);
+  const std::string advice = centre_advice(scan.sequence, centre);
   if (advice.empty()) return;
   scan.warn(scan.sequence.folder,
             "the calibration gives the principal point ({:.4g}, {:.4g}) for images of {}x{} px, far from "
@@ -70,6 +91,28 @@ void check_view(SequenceScan& scan) {
               camera.fx, camera.width_px, view_deg);
   }
   check_centre(scan);
+}
+
+/// Warns about coefficients of a distortion with which no lens exists by the model that the calibration
+/// names, if lenses exist by the other model.
+void check_lenses(SequenceScan& scan) {
+  if (!scan.sequence.rig) return;
+  const Lens &left = scan.sequence.rig->left, &right = scan.sequence.rig->right;
+  const Distortion named = left.distortion;
+  if (named == Distortion::kNone || right.distortion != named) return;
+  for (const Lens* lens : {&left, &right}) {
+    if (lens->coefficients.size() != 4) return;  // by their number, those of radtan
+  }
+  const auto both_can_be = [&](Distortion model) {
+    return can_be(model, left, left.coefficients) && can_be(model, right, right.coefficients);
+  };
+  const Distortion other = named == Distortion::kRadTan ? Distortion::kEquidistant : Distortion::kRadTan;
+  if (both_can_be(named) || !both_can_be(other)) return;
+  scan.warn(
+      scan.sequence.folder,
+      "no lens has the coefficients of its distortion (k1 is {:.3g} and {:.3g}) by the model {} that the "
+      "calibration names, and lenses have them by {}; check the name of the model",
+      left.coefficients.front(), right.coefficients.front(), to_string(named), to_string(other));
 }
 
 /// The times between two frames, s.
@@ -149,6 +192,59 @@ ImageCentre centre_of(const StereoSequence& sequence) {
           left.height_px};
 }
 
+std::optional<std::array<std::size_t, 4>> likely_order(const Intrinsics& camera) {
+  constexpr double kSquare = 0.05;  // by how much fx and fy differ at most
+  constexpr double kWidest = 0.2;   // fx over the width of an image with a field of view of 136 degrees
+  const auto is_likely = [&](const std::array<std::size_t, 4>& order) {
+    const auto value = [&](std::size_t k) { return camera.values_px[order[k]]; };
+    return value(0) > kWidest * camera.width_px && std::abs(value(0) / value(1) - 1.0) < kSquare &&
+           !is_far(value(2), camera.width_px) && !is_far(value(3), camera.height_px);
+  };
+  std::array<std::size_t, 4> order = {0, 1, 2, 3};
+  if (!is_far(camera.values_px[2], camera.width_px) && !is_far(camera.values_px[3], camera.height_px))
+    return std::nullopt;
+  std::optional<std::array<std::size_t, 4>> likely;
+  do {
+    if (!is_likely(order)) continue;
+    if (order[0] > order[1]) continue;  // fx and fy are hardly told apart
+    if (likely) return std::nullopt;
+    likely = order;
+  } while (std::ranges::next_permutation(order).found);
+  if (!likely) return likely;
+  order = *likely;
+  std::swap(order[0], order[1]);
+  const auto in_place = [](const auto& positions) {
+    return (positions[0] == 0 ? 1 : 0) + (positions[1] == 1 ? 1 : 0);
+  };
+  return in_place(order) > in_place(*likely) ? order : likely;
+}
+
+std::optional<std::array<std::size_t, 4>> likely_order(const StereoSequence& sequence) {
+  if (!sequence.rig) {
+    const auto& camera = sequence.camera;
+    return likely_order(
+        Intrinsics{{camera.fx, camera.fy, camera.cx, camera.cy}, camera.width_px, camera.height_px});
+  }
+  const auto of_lens = [](const Lens& lens) {
+    return likely_order(Intrinsics{{lens.fx, lens.fy, lens.cx, lens.cy}, lens.width_px, lens.height_px});
+  };
+  const auto order = of_lens(sequence.rig->left);
+  return order == of_lens(sequence.rig->right) ? order : std::nullopt;
+}
+
+std::string order_text(const std::array<std::size_t, 4>& order) {
+  constexpr std::array kNames = {"fx", "fy", "cx", "cy"};
+  std::array<const char*, 4> given{};
+  std::vector<const char*> moved;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    given[order[k]] = kNames[k];
+    if (order[k] != k) moved.push_back(kNames[k]);
+  }
+  if (moved.size() == 2) return fmt::format("{} and {} look exchanged", moved[0], moved[1]);
+  return fmt::format("the numbers look to be {}, {}, {}, {} where fx, fy, cx, cy are expected", given[0],
+                     given[1], given[2], given[3]);
+}
+
 std::optional<double> size_factor(const ImageCentre& centre) {
   constexpr double kClear = 0.08;
   constexpr double kAlike = 0.06;
@@ -210,6 +306,7 @@ void check_camera(SequenceScan& scan) {
               camera.fx, camera.fy);
   }
   check_view(scan);
+  check_lenses(scan);
   if (baseline_m <= 0.0 || (baseline_m >= kShortest_m && baseline_m <= kLongest_m)) return;
   const std::string advice =
       baseline_m > kLongest_m

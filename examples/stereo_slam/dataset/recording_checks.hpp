@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 
@@ -30,6 +31,24 @@ struct ImageCentre {
 };
 
 [[nodiscard]] ImageCentre centre_of(const StereoSequence& sequence);
+
+/// fx, fy, cx, cy of a camera, px, and the size of its images.
+struct Intrinsics {
+  std::array<double, 4> values_px{};
+  int width_px = 0;
+  int height_px = 0;
+};
+
+/// The positions at which fx, fy, cx and cy stand, if these numbers were given in another order: the only one
+/// with which the principal point is about in the middle and pixels are square. Nothing if the order as it is
+/// may be right, or others as well.
+[[nodiscard]] std::optional<std::array<std::size_t, 4>> likely_order(const Intrinsics& camera);
+
+/// The same of the left camera, raw or rectified, if the right one has that order, too.
+[[nodiscard]] std::optional<std::array<std::size_t, 4>> likely_order(const StereoSequence& sequence);
+
+/// What is wrong with numbers in that order: "fx and cx look exchanged".
+[[nodiscard]] std::string order_text(const std::array<std::size_t, 4>& order);
 
 /// By how much the values of the calibration in pixels must be multiplied if it was made for images of
 /// another size: those in whose middle the principal point lies. Nothing if it lies about in the middle, or

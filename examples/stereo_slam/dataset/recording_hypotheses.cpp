@@ -13,8 +13,8 @@
 #include "stereo_slam/core/corner_pairs.hpp"
 #include "stereo_slam/dataset/recording_checks.hpp"
 #include "stereo_slam/dataset/rig_variants.hpp"
+#include "stereo_slam/dataset/shifted_pairs.hpp"
 #include "stereo_slam/dataset/stereo_agreement.hpp"
-#include "stereo_slam/io/counted.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -92,11 +92,6 @@ StereoRig with_pose(StereoRig rig, const Eigen::Isometry3d& T_right_left) {
   return rig;
 }
 
-/// Whether both cameras are in one image, so that messages have one name for them.
-bool is_one_image(const StereoSequence& sequence) {
-  return sequence.side_by_side || sequence.left_name == sequence.right_name;
-}
-
 std::string swap_text(const StereoSequence& sequence) {
   const auto& [left, right] = std::pair(sequence.left_name, sequence.right_name);
   if (is_one_image(sequence)) {
@@ -109,22 +104,7 @@ std::string swap_text(const StereoSequence& sequence) {
 }
 
 Hypothesis late_by(int frames, const StereoSequence& sequence) {
-  const auto count = static_cast<std::size_t>(std::abs(frames));
-  std::string cause =
-      fmt::format("the images of {} look {} {}; those of a pair must have been taken together",
-                  is_one_image(sequence) ? "the right camera" : sequence.right_name, counted(count, "frame"),
-                  frames > 0 ? "late" : "early");
-  const bool same_names =
-      !sequence.frames.empty() && sequence.frames.front().left.stem() == sequence.frames.front().right.stem();
-  if (!is_one_image(sequence) && same_names) {
-    cause += fmt::format(", so correct the names or the stamps of {} by {}", sequence.right_name,
-                         counted(count, "frame"));
-  } else if (!is_one_image(sequence)) {
-    cause += fmt::format(", so remove the first {} of {}, or correct the stamps",
-                         count == 1 ? "image" : counted(count, "image"),
-                         frames > 0 ? sequence.right_name : sequence.left_name);
-  }
-  return {.late = frames, .rectifier = sequence.rectifier, .cause = std::move(cause)};
+  return {.late = frames, .rectifier = sequence.rectifier, .cause = text_of_delay(sequence, frames)};
 }
 
 /// One camera upside down, turned by 180 degrees or mirrored.
@@ -168,6 +148,8 @@ void add_rigs(std::vector<Hypothesis>& hypotheses, const StereoSequence& sequenc
   add_rig(hypotheses, exchanged,
           {.cause = "the lenses of the two cameras look exchanged in the calibration; exchange their "
                     "intrinsics and distortion"});
+  if (const auto order = likely_order(sequence))
+    add_rig(hypotheses, with_order(rig, *order), {.cause = order_text(*order) + " in the calibration"});
   if (has_distortion(rig)) {
     add_rig(hypotheses, with_opposite_distortion(rig),
             {.cause = "the coefficients of the distortion look to have the wrong sign"});
@@ -378,8 +360,15 @@ std::optional<Problem> cause_of_disagreement(const StereoSequence& sequence, Sus
   const auto indices = compared_frames(sequence);
   const auto recorded = agreement_under({.rectifier = sequence.rectifier}, sequence, indices);
   auto found = explanations(hypotheses_of(sequence, indices, suspicion), sequence, indices, recorded);
-  if (auto delay = best_delay(sequence, indices, recorded, suspicion))
+  if (auto delay = best_delay(sequence, indices, recorded, suspicion)) {
+    if (auto repeated = repeated_images(sequence)) return repeated;
+    Hypothesis& hypothesis = delay->hypothesis;
+    if (!sequence.pairs_as_told && are_shifted_pairs(sequence, indices, hypothesis.late)) {
+      hypothesis.severity = Problem::Severity::kError;  // the lengths of such a run would be wrong
+      hypothesis.cause += text_of_partners(sequence, indices.back(), hypothesis.late);
+    }
     found.insert(found.begin(), std::move(*delay));
+  }
   return best_problem(found, sequence.folder.string(), seen(recorded));
 }
 

@@ -34,6 +34,17 @@ StereoRig with_size_factor(StereoRig rig, double factor) {
   return rig;
 }
 
+StereoRig with_order(StereoRig rig, const std::array<std::size_t, 4>& order) {
+  for (auto* lens : {&rig.left, &rig.right}) {
+    const std::array<double, 4> given = {lens->fx, lens->fy, lens->cx, lens->cy};
+    lens->fx = given[order[0]];
+    lens->fy = given[order[1]];
+    lens->cx = given[order[2]];
+    lens->cy = given[order[3]];
+  }
+  return rig;
+}
+
 StereoRig with_focal_factor(StereoRig rig, double factor) {
   for (auto* lens : {&rig.left, &rig.right}) {
     lens->fx *= factor;

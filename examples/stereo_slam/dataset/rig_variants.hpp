@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <vector>
 
 #include "stereo_slam/calibration/stereo_rig.hpp"
@@ -12,6 +14,9 @@ namespace stereo_slam {
 
 /// The rig with all values in pixels multiplied: that of images of another size.
 [[nodiscard]] StereoRig with_size_factor(StereoRig rig, double factor);
+
+/// The rig with its numbers fx, fy, cx, cy taken from these positions.
+[[nodiscard]] StereoRig with_order(StereoRig rig, const std::array<std::size_t, 4>& order);
 
 /// The rig with its focal lengths multiplied, and the principal points where they are.
 [[nodiscard]] StereoRig with_focal_factor(StereoRig rig, double factor);

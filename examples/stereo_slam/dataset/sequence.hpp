@@ -52,6 +52,7 @@ struct StereoSequence {
   bool live = false;                ///< a live camera: frames without end, which bring their own stamps
   bool side_by_side = false;        ///< the left file of a frame shows both images
   bool right_half_first = false;    ///< images side by side, from files or a source, begin with the right one
+  bool pairs_as_told = false;       ///< the user says which images are pairs; see offset_right_images()
   cv::Size unscaled;                ///< of the left images as recorded, if they are scaled; else empty
   cv::Size unscaled_right;          ///< of the right images
   GreyScale scale;                  ///< of images with 16 bits a pixel

@@ -13,7 +13,9 @@
 #include "stereo_slam/dataset/camera_from_motion.hpp"
 #include "stereo_slam/dataset/recording_hypotheses.hpp"
 #include "stereo_slam/dataset/right_delay.hpp"
+#include "stereo_slam/dataset/shifted_pairs.hpp"
 #include "stereo_slam/dataset/uniform_borders.hpp"
+#include "stereo_slam/images/grey_image.hpp"
 #include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/stamps/stamp_units.hpp"
 
@@ -130,7 +132,16 @@ std::vector<Problem> wrong_focal_length(const StereoSequence& sequence,
                                         const std::vector<std::vector<MovedPoint>>& motions) {
   const auto& camera = sequence.camera;
   const auto moved = camera_from_motion(camera, motions);
-  if (!moved || !moved->contradicts_calibration()) return {};
+  if (!moved || !moved->is_surprising()) return {};
+  if (!moved->is_one_camera()) {
+    return {Problem::warning(
+        sequence.folder,
+        "points move between frames as with no camera: their motions fit focal lengths that differ by {:.0f} "
+        "% "
+        "or more from frame to frame; a moving picture, the vehicle itself or traffic fills a part of the "
+        "images, or images are repeated, and poses may be relative to it, with the status OK",
+        100.0 * (std::exp(std::min(moved->spread, 1.0)) - 1.0))};
+  }
   const double excess = 1.0 / moved->focal_factor - 1.0;
   return {Problem::warning(
       sequence.folder,
@@ -213,6 +224,37 @@ std::vector<Problem> far_scene(const StereoAgreement& agreement, const StereoSeq
       100.0 * kCommonError_px / agreement.median_disparity_px)};
 }
 
+/// Images of which every second row is another picture: interlaced video, or a mosaic of colours. Features
+/// match in them, and lengths are wrong by some percent. Rectification and scaling hide it.
+std::vector<Problem> alternating_rows(const StereoSequence& sequence,
+                                      const std::vector<StereoFrame>& frames) {
+  if (!sequence.unscaled.empty()) return {};
+  std::size_t interlaced = 0, mosaics = 0;
+  double rows = 0.0;
+  std::vector<Problem> ignored;  // unreadable images are reported elsewhere
+  for (const auto& frame : frames) {
+    attempt(ignored, Problem::Severity::kWarning, [&] {
+      const bool raw = sequence.rectifier && !sequence.live;
+      const auto found =
+          alternation_of(raw ? load_raw_pair(sequence, frame.index, frame.index).left : frame.left);
+      interlaced += found.is_interlaced() ? 1 : 0;
+      mosaics += found.is_mosaic() ? 1 : 0;
+      rows = std::max(rows, found.rows);
+    });
+  }
+  if (interlaced + mosaics == 0) return {};
+  return {Problem::warning(
+      sequence.folder,
+      "in {} of {} compared images rows next to each other differ {:.1f} times as much as rows two apart, {}",
+      interlaced + mosaics, frames.size(), rows,
+      interlaced > mosaics
+          ? "as in interlaced video, whose even and odd rows were taken one after the other, so that lengths "
+            "may be wrong by some percent; record progressive images, or use one field of each: every second "
+            "row, with fy and cy halved"
+          : "and columns too, as in the raw mosaic of a colour camera; convert such images to grey "
+            "(demosaicing)")};
+}
+
 /// What the images show, without a cause.
 std::vector<Problem> observed(const StereoAgreement& agreement, const StereoSequence& sequence) {
   const std::filesystem::path& folder = sequence.folder;
@@ -234,10 +276,9 @@ std::vector<Problem> observed(const StereoAgreement& agreement, const StereoSequ
   return problems;
 }
 
-}  // namespace
-
-RecordingFindings findings_of(const StereoAgreement& agreement, const StereoSequence& sequence,
-                              const std::vector<StereoFrame>& frames) {
+/// What the agreement of both cameras shows, and the motion.
+RecordingFindings findings_of_pairs(const StereoAgreement& agreement, const StereoSequence& sequence,
+                                    const std::vector<StereoFrame>& frames) {
   constexpr double kLeastBeyondShare = 0.01;
   constexpr double kNoDisparity_px = 0.1;  // median; a drone's ground at 600 baselines has .75 px
   // Rectified by two maps, one image shows disparities. Single pairs may be equal, such as black ones. A live
@@ -266,6 +307,9 @@ RecordingFindings findings_of(const StereoAgreement& agreement, const StereoSequ
   if (frames.empty()) return {problems};
   const auto motions = sampled_motions(sequence, kGap);
   const auto delay = right_delay(sequence.camera, motions, kGap);
+  if (delay && delay->is_likely()) {
+    if (auto repeated = repeated_images(sequence)) return {{std::move(*repeated)}};
+  }
   if (delay && delay->is_clear())
     return {{late_right_images(sequence, *delay)}, delay_of_right_images(sequence, *delay)};
   const bool nothing_observed = problems.empty();
@@ -276,6 +320,16 @@ RecordingFindings findings_of(const StereoAgreement& agreement, const StereoSequ
   const bool other_cause = nothing_observed && !problems.empty();
   if (problems.empty()) problems = far_scene(agreement, sequence);
   return {problems, delay && !other_cause ? delay_of_right_images(sequence, *delay) : std::nullopt};
+}
+
+}  // namespace
+
+RecordingFindings findings_of(const StereoAgreement& agreement, const StereoSequence& sequence,
+                              const std::vector<StereoFrame>& frames) {
+  RecordingFindings findings = findings_of_pairs(agreement, sequence, frames);
+  auto alternating = alternating_rows(sequence, frames);
+  findings.problems.insert(findings.problems.begin(), alternating.begin(), alternating.end());
+  return findings;
 }
 
 }  // namespace stereo_slam

@@ -31,12 +31,6 @@ constexpr std::size_t kTriangle = 21;
 constexpr std::size_t kBetween = 6;  // columns between the covariances
 constexpr std::size_t kColumns = 2 + kTriangle + kBetween + kTriangle;
 
-[[nodiscard]] bool is_status(std::string_view name) {
-  constexpr std::array kStatuses = {TrackingStatus::kInitializing, TrackingStatus::kOk, TrackingStatus::kWeak,
-                                    TrackingStatus::kLost, TrackingStatus::kRelocalised};
-  return std::ranges::any_of(kStatuses, [name](TrackingStatus status) { return name == to_string(status); });
-}
-
 [[nodiscard]] double mean_of(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
@@ -188,7 +182,7 @@ void require_same_run(const Trajectory& estimate, const std::vector<CovarianceRo
       fields.size() == kColumns ? parse_numbers({fields[2].data(), text.data() + end}) : std::nullopt;
   const auto stamp_ns = numbers ? parse_seconds(fields[0]) : std::nullopt;
   if (!stamp_ns) refuse(fault_of_row(fields, with_reasons));
-  if (!is_status(fields[1])) refuse(fmt::format("\"{}\" is not a status", fields[1]));
+  require_known_status(file, line.number, fields[1]);
   require_known_reasons(file, line.number, reasons);
   const double* tail = numbers->data() + kTriangle;
   constexpr double kMost = 1e9;  // far above any number of measurements and any calibration error

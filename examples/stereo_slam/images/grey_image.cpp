@@ -109,6 +109,24 @@ GreyScale ValueCounts::scale() const {
   return {.black = 0.5 * (low + high) - 0.5 * kLevels * step, .step = step};
 }
 
+Alternation alternation_of(const cv::Mat& image) {
+  if (image.rows < 3 || image.cols < 3) return {};
+  const auto mean_difference = [](const cv::Mat& a, const cv::Mat& b) {
+    cv::Mat difference;
+    cv::absdiff(a, b, difference);
+    return cv::mean(difference)[0];
+  };
+  const auto rows_apart = [&](int apart) {
+    return mean_difference(image.rowRange(0, image.rows - apart), image.rowRange(apart, image.rows));
+  };
+  const auto columns_apart = [&](int apart) {
+    return mean_difference(image.colRange(0, image.cols - apart), image.colRange(apart, image.cols));
+  };
+  const double rows = rows_apart(2), columns = columns_apart(2);
+  return {.rows = rows > 0.0 ? rows_apart(1) / rows : 0.0,
+          .columns = columns > 0.0 ? columns_apart(1) / columns : 0.0};
+}
+
 void equalise_contrast(StereoFrame& frame, const ImageSettings& settings) {
   if (!settings.clahe) return;
   const auto clahe = cv::createCLAHE(kClaheClipLimit, {kClaheTiles, kClaheTiles});

@@ -64,6 +64,24 @@ class ValueCounts {
   std::vector<double> ranges_;                                             // of the images
 };
 
+/// How much neighbouring rows and columns differ, in units of those two apart (means of absolute values): 0.5
+/// to 0.8 in images of one moment, and 1 if they are independent, as of noise alone. Zero without any
+/// difference.
+struct Alternation {
+  double rows = 0.0;
+  double columns = 0.0;
+
+  static constexpr double kMost = 1.2;  ///< what lies above it alternates between two pictures
+
+  /// As interlaced video, whose even and odd rows are of two moments.
+  [[nodiscard]] bool is_interlaced() const { return rows > kMost && columns <= kMost; }
+  /// As the raw image of a colour camera, whose pixels have filters of several colours.
+  [[nodiscard]] bool is_mosaic() const { return rows > kMost && columns > kMost; }
+};
+
+/// Of a CV_8UC1 image as it was recorded.
+[[nodiscard]] Alternation alternation_of(const cv::Mat& image);
+
 /// Equalises the contrast of both images locally (CLAHE), if the settings want it.
 void equalise_contrast(StereoFrame& frame, const ImageSettings& settings);
 

@@ -42,6 +42,13 @@ void require_whole_columns(const std::filesystem::path& file, const TextLine& fi
           columns.substr(columns.rfind(',') + 1));
 }
 
+void require_known_status(const std::filesystem::path& file, int line, std::string_view status) {
+  constexpr std::array kStatuses = {TrackingStatus::kInitializing, TrackingStatus::kOk, TrackingStatus::kWeak,
+                                    TrackingStatus::kLost, TrackingStatus::kRelocalised};
+  if (std::ranges::none_of(kStatuses, [status](TrackingStatus known) { return status == to_string(known); }))
+    fail_at(file, line, "\"{}\" is not a status", status);
+}
+
 void require_known_reasons(const std::filesystem::path& file, int line, std::string_view reasons) {
   if (reasons.empty()) return;
   for (const auto name : split_row(reasons, ';')) {

@@ -16,6 +16,10 @@ namespace stereo_slam {
 /// covariance_columns(). A line without the last name is of an earlier version.
 void require_whole_columns(const std::filesystem::path& file, const TextLine& first_line);
 
+/// Throws std::runtime_error with the line unless a text is the name of a TrackingStatus: what the column
+/// `status` has.
+void require_known_status(const std::filesystem::path& file, int line, std::string_view status);
+
 /// Throws std::runtime_error with the line unless a text is names of WeakReasons with semicolons between
 /// them, or empty: what the column `reasons` has.
 void require_known_reasons(const std::filesystem::path& file, int line, std::string_view reasons);

@@ -47,6 +47,10 @@ using Table = std::map<std::string, std::vector<std::string>, std::less<>>;
   const auto lines = read_text_lines(file);
   if (!lines.empty()) require_whole_columns(file, lines.front());
   Table table = table_of(file, lines);
+  if (const auto statuses = table.find("status"); statuses != table.end()) {
+    for (std::size_t i = 0; i < statuses->second.size(); ++i)
+      require_known_status(file, lines[i + 1].number, statuses->second[i]);
+  }
   if (const auto reasons = table.find("reasons"); reasons != table.end()) {
     for (std::size_t i = 0; i < reasons->second.size(); ++i)
       require_known_reasons(file, lines[i + 1].number, reasons->second[i]);
@@ -141,8 +145,10 @@ void add_covariances(const fs::path& file, RunFolder& run) {
              z = column(file, table, "tz_tz_m2");
   const auto nis = column(file, table, "nis"), dof = column(file, table, "nis_dof");
   for (std::size_t k = 0; k < x.size(); ++k) {
-    if (!(std::min({x[k], y[k], z[k]}) >= 0.0))
-      fail(file, "row {} has a variance below zero, or none; copy the file again", k + 1);
+    for (const double variance : {x[k], y[k], z[k]}) {
+      if (!(variance >= 0.0))  // nor NaN
+        fail(file, "row {} has a variance below zero, or none; copy the file again", k + 1);
+    }
     run.sigma_m.push_back(std::sqrt(x[k] + y[k] + z[k]));
     run.nis_per_dof.push_back(dof[k] > 0.0 ? nis[k] / dof[k] : kNaN);
   }

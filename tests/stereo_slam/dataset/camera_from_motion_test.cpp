@@ -72,6 +72,26 @@ TEST_CASE("A camera that turns shows its focal length, whatever the calibration 
   }
 }
 
+TEST_CASE("A camera that one pair of frames alone shows contradicts no calibration", "[motion]") {
+  auto pairs = motions(0.01);
+  const Eigen::Vector2d centre_px(kMovingCamera.cx, kMovingCamera.cy);
+  pairs.push_back(motions(0.1)[0]);
+  for (auto& point : pairs.back()) {  // as of a camera with 1.4 times the focal length
+    for (auto* px : {&point.first_px, &point.second_px}) *px = centre_px + 1.4 * (*px - centre_px);
+    point.disparity_px *= 1.4;
+  }
+  const auto camera = camera_from_motion(kMovingCamera, pairs);
+  REQUIRE(camera);
+  CAPTURE(camera->focal_factor, camera->spread, camera->gain);
+  CHECK(camera->is_surprising());
+  CHECK_FALSE(camera->contradicts_calibration());
+  const auto other = camera_from_motion(with_focal_length(0.8), motions(0.05));
+  REQUIRE(other);
+  CHECK(other->spread > 0.0);
+  CHECK(other->spread < 0.01);  // three pairs of one motion, each with a sigma of .001
+  CHECK(other->contradicts_calibration());
+}
+
 TEST_CASE("Straight motion, standing still and few points contradict no calibration", "[motion]") {
   for (const double factor : {0.667, 1.0, 1.5}) {
     const auto straight = camera_from_motion(with_focal_length(factor), motions(0.0));

@@ -157,10 +157,20 @@ TEST_CASE("Folders that are no runs and damaged files are errors that name the f
   const auto fields = split_fields(lines.at(2));
   const auto variance = fields.at(static_cast<std::size_t>(
       std::distance(names.begin(), std::find(names.begin(), names.end(), "ty_ty_m2"))));
-  lines.at(2).replace(static_cast<std::size_t>(variance.data() - lines.at(2).data()), variance.size(), "-1");
-  write_text(folder / "a/covariances.csv", fmt::format("{}\n", fmt::join(lines, "\n")));
+  const auto offset = static_cast<std::size_t>(variance.data() - lines.at(2).data());
+  const std::size_t size = variance.size();
+  for (const std::string wrong : {"-1", "nan", ""}) {
+    auto changed = lines;
+    changed.at(2).replace(offset, size, wrong);
+    write_text(folder / "a/covariances.csv", fmt::format("{}\n", fmt::join(changed, "\n")));
+    CHECK_THROWS_WITH(report::read_run_folder(folder / "a"),
+                      Catch::Contains("covariances.csv: row 2 has a variance below zero"));
+  }
+  auto status = lines;
+  status.at(3) = std::regex_replace(status.at(3), std::regex("OK|WEAK|INITIALIZING|LOST"), "FINE");
+  write_text(folder / "a/covariances.csv", fmt::format("{}\n", fmt::join(status, "\n")));
   CHECK_THROWS_WITH(report::read_run_folder(folder / "a"),
-                    Catch::Contains("covariances.csv: row 2 has a variance below zero"));
+                    Catch::Contains("covariances.csv:4: \"FINE\" is not a status"));
   write_text(folder / "a/covariances.csv", covariances);
   std::string timing = read_text(folder / "a/timing.csv");
   const auto second_row = timing.find('\n', timing.find('\n') + 1) + 1;
