@@ -19,6 +19,7 @@
 #include "stereo_slam/core/corner_pairs.hpp"
 #include "stereo_slam/core/median.hpp"
 #include "stereo_slam/core/parallel.hpp"
+#include "stereo_slam/core/robust_line.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -218,10 +219,15 @@ std::vector<MovedPoint> moved_points(const StereoFrame& first, const StereoFrame
   std::vector<CornerPair> moved;
   run_both([&] { stereo = match_corners(corners[0], corners[1]); },
            [&] { moved = match_corners(corners[0], corners[2]); });
+  std::vector<Vector2<double>> rows;  // over the column, but for a displacement and a roll of the right image
+  for (const auto& [left_px, right_px] : stereo)
+    rows.emplace_back(static_cast<double>(right_px.x), static_cast<double>(left_px.y - right_px.y));
+  const RobustLine usual = fit_line(rows, {}, kMostRows_px * corners[0].unit_px);
   std::map<std::pair<float, float>, cv::Point2f> offsets_px;  // left minus right
   for (const auto& [left_px, right_px] : stereo) {
     const cv::Point2f offset = left_px - right_px;
-    if (std::abs(offset.y) < kMostRows_px * corners[0].unit_px && offset.x > kLeastDisparity_px)
+    const double beside_px = static_cast<double>(offset.y) - usual.at(static_cast<double>(right_px.x));
+    if (std::abs(beside_px) < kMostRows_px * corners[0].unit_px && offset.x > kLeastDisparity_px)
       offsets_px[{left_px.x, left_px.y}] = offset;
   }
   std::vector<MovedPoint> points;

@@ -356,20 +356,25 @@ std::string seen(const StereoAgreement& recorded) {
 
 }  // namespace
 
-std::optional<Problem> cause_of_disagreement(const StereoSequence& sequence, Suspicion suspicion) {
+std::optional<Cause> cause_of_disagreement(const StereoSequence& sequence, Suspicion suspicion) {
   const auto indices = compared_frames(sequence);
   const auto recorded = agreement_under({.rectifier = sequence.rectifier}, sequence, indices);
   auto found = explanations(hypotheses_of(sequence, indices, suspicion), sequence, indices, recorded);
+  bool may_be_part_of_a_frame = false;
   if (auto delay = best_delay(sequence, indices, recorded, suspicion)) {
-    if (auto repeated = repeated_images(sequence)) return repeated;
+    if (auto repeated = repeated_images(sequence)) return Cause{*std::move(repeated)};
     Hypothesis& hypothesis = delay->hypothesis;
     if (!sequence.pairs_as_told && are_shifted_pairs(sequence, indices, hypothesis.late)) {
       hypothesis.severity = Problem::Severity::kError;  // the lengths of such a run would be wrong
       hypothesis.cause += text_of_partners(sequence, indices.back(), hypothesis.late);
+    } else {
+      may_be_part_of_a_frame = found.empty();
     }
     found.insert(found.begin(), std::move(*delay));
   }
-  return best_problem(found, sequence.folder.string(), seen(recorded));
+  auto problem = best_problem(found, sequence.folder.string(), seen(recorded));
+  if (!problem) return std::nullopt;
+  return Cause{*std::move(problem), may_be_part_of_a_frame};
 }
 
 std::optional<Problem> cause_of_rejected_rig(const StereoSequence& sequence) {

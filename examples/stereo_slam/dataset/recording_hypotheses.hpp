@@ -16,10 +16,16 @@ enum class Suspicion {
   kStrong,
 };
 
-/// The mistake that explains the images, as a problem; nothing if none explains them clearly better than the
+/// What is wrong with a recording.
+struct Cause {
+  Problem problem;
+  /// Whether the problem is that right images are late by whole frames, which is not certain.
+  bool may_be_part_of_a_frame = false;
+};
+
+/// The mistake that explains the images; nothing if none explains them clearly better than the
 /// recording as it is. If two explain them equally well, the problem names both.
-[[nodiscard]] std::optional<Problem> cause_of_disagreement(const StereoSequence& sequence,
-                                                           Suspicion suspicion);
+[[nodiscard]] std::optional<Cause> cause_of_disagreement(const StereoSequence& sequence, Suspicion suspicion);
 
 /// The same for a recording that has no rectifier because the rig cannot be that of a stereo camera, such as
 /// one with the right camera on the left. Nothing for other recordings.

@@ -194,6 +194,11 @@ bool RightDelay::is_likely() const {
   return std::abs(frames) > std::max(kLeast, kSigmas * sigma) && rows_px > kLeastLikelyRows_px;
 }
 
+bool RightDelay::is_part_of_a_frame() const {
+  constexpr double kMost = 0.75;  // frames
+  return std::abs(frames) < kMost;
+}
+
 bool RightDelay::is_possible() const {
   constexpr double kLeast = 0.02;  // frames
   constexpr double kSigmas = 5.0;
@@ -216,6 +221,16 @@ std::optional<RightDelay> right_delay(const StereoCamera& camera,
                     .sigma = kSigmaOfMedian * rest_px * std::sqrt(std::max(best.variance, 0.0)),
                     .rows_px = std::abs(x.common[0]) * median(std::move(moved_px)),
                     .rest_px = rest_px};
+}
+
+bool all_pairs_share(const RightDelay& delay, const StereoCamera& camera,
+                     const std::vector<std::vector<MovedPoint>>& pairs, std::size_t gap) {
+  constexpr double kSigmas = 5.0;
+  return std::ranges::all_of(pairs, [&](const std::vector<MovedPoint>& pair) {
+    const auto alone = right_delay(camera, {pair}, gap);
+    return !alone ||
+           std::abs(alone->frames - delay.frames) < 0.5 * std::abs(delay.frames) + kSigmas * alone->sigma;
+  });
 }
 
 }  // namespace stereo_slam

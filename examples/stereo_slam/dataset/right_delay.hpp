@@ -25,6 +25,8 @@ struct RightDelay {
   [[nodiscard]] bool is_clear() const;
   /// Whether a run should take the delay into account, which it then measures better: a smaller one, too.
   [[nodiscard]] bool is_likely() const;
+  /// Whether it is nearer to half of the time between two frames than to all of it: pairs are not shifted.
+  [[nodiscard]] bool is_part_of_a_frame() const;
   /// Whether it is worth to look closer, in pairs of neighbouring frames: they tell it twice as well.
   [[nodiscard]] bool is_possible() const;
 };
@@ -35,5 +37,9 @@ struct RightDelay {
 [[nodiscard]] std::optional<RightDelay> right_delay(const StereoCamera& camera,
                                                     const std::vector<std::vector<MovedPoint>>& pairs,
                                                     std::size_t gap);
+
+/// Whether no pair by itself shows another delay: in some of them the right image may be of another frame.
+[[nodiscard]] bool all_pairs_share(const RightDelay& delay, const StereoCamera& camera,
+                                   const std::vector<std::vector<MovedPoint>>& pairs, std::size_t gap);
 
 }  // namespace stereo_slam

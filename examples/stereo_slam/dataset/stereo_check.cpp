@@ -112,11 +112,13 @@ std::optional<DelayEstimate> delay_of_right_images(const StereoSequence& sequenc
   constexpr double kSigma = 0.1;  // of a delay, relative: wrong points pull it to zero
   constexpr double kLeastSigma_frames = 0.01;
   if (!delay.is_possible()) return std::nullopt;
-  const auto next = right_delay(sequence.camera, sampled_motions(sequence, 1, Direction::kForward), 1);
+  const auto to_next = sampled_motions(sequence, 1, Direction::kForward);
+  const auto next = right_delay(sequence.camera, to_next, 1);
   const auto last = right_delay(sequence.camera, sampled_motions(sequence, 1, Direction::kBackward), 1);
   const bool both = next && last && next->is_likely() && last->is_likely();
   const bool agree = both && (next->frames > 0.0) != (last->frames > 0.0);
   if (!delay.is_likely() && !agree) return std::nullopt;
+  if (next && !all_pairs_share(*next, sequence.camera, to_next, 1)) return std::nullopt;
   double frames = delay.frames;
   if (next && last) frames = delay_of_parabola(next->frames, -last->frames);
   std::vector<std::int64_t> stamps_ns;
@@ -299,7 +301,16 @@ RecordingFindings findings_of_pairs(const StereoAgreement& agreement, const Ster
   auto suspicion = suspicion_of(agreement);
   if (magnification && !suspicion) suspicion = Suspicion::kSlight;
   if (suspicion && !frames.empty()) {
-    if (const auto cause = cause_of_disagreement(sequence, *suspicion)) return {{*cause}};
+    if (const auto cause = cause_of_disagreement(sequence, *suspicion)) {
+      if (cause->may_be_part_of_a_frame) {
+        const auto motions = sampled_motions(sequence, kGap);
+        const auto delay = right_delay(sequence.camera, motions, kGap);
+        const bool clear = delay && delay->is_clear() && delay->is_part_of_a_frame();
+        if (clear && all_pairs_share(*delay, sequence.camera, motions, kGap))
+          return {{late_right_images(sequence, *delay)}, delay_of_right_images(sequence, *delay)};
+      }
+      return {{cause->problem}};
+    }
   }
   if (magnification) return {{excessive_magnification_problem(sequence, *magnification)}};
   if (!agreement.conclusive()) return {{too_few_matches(agreement, sequence)}};

@@ -122,6 +122,16 @@ TEST_CASE("A rig that vibrates shows its delay, and none if it has none", "[moti
   CHECK(late->is_clear());
 }
 
+TEST_CASE("A delay of one pair is not one that all have", "[motion]") {
+  const auto all_late = delayed_points(0.1, 1.0);
+  const auto shared = right_delay(kMovingCamera, all_late, kDelayGap);
+  REQUIRE(shared);
+  CHECK(all_pairs_share(*shared, kMovingCamera, all_late, kDelayGap));
+  auto one_late = delayed_points(0.0, 1.0);
+  one_late[1] = delayed_points(1.0, 1.0)[1];
+  CHECK_FALSE(all_pairs_share({.frames = 0.03}, kMovingCamera, one_late, kDelayGap));
+}
+
 TEST_CASE("A delay that is not clear is looked for in neighbouring frames", "[motion]") {
   const RightDelay vague{.frames = 0.025, .sigma = 0.004, .rows_px = 0.04};
   CHECK(vague.is_possible());
