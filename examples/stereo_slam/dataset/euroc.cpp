@@ -35,9 +35,9 @@ struct Row {
   fs::path image;
 };
 
-/// Fields divided by commas, or by blanks if there is no comma.
+/// Fields divided by semicolons, else by commas, else by blanks.
 std::vector<std::string_view> csv_fields(std::string_view line) {
-  auto fields = split_row(line, line.find(',') == std::string_view::npos ? ' ' : ',');
+  auto fields = split_row(line, separator_of(line));
   if (fields.back().empty()) fields.pop_back();
   return fields;
 }
@@ -79,10 +79,10 @@ std::vector<std::int64_t> stamps_of_rows(const fs::path& csv, const std::vector<
   return std::move(stamps.ns);
 }
 
-/// A stamp of digits, with a point between them if `decimal`; nothing for another text.
+/// A stamp of digits, with a point or a comma between them if `decimal`; nothing for another text.
 std::optional<WrittenNumber> stamp_text(std::string_view field, bool decimal) {
   constexpr std::string_view kDigits = "0123456789";
-  const std::size_t point = std::min(field.find('.'), field.size());
+  const std::size_t point = std::min(field.find_first_of(".,"), field.size());
   WrittenNumber number{.whole = std::string(field.substr(0, point)),
                        .fraction = std::string(field.substr(std::min(point + 1, field.size())))};
   const bool digits = number.whole.find_first_not_of(kDigits) == std::string::npos &&
@@ -94,7 +94,7 @@ std::optional<WrittenNumber> stamp_text(std::string_view field, bool decimal) {
 
 /// Whether a line names the columns, without the usual '#'.
 bool is_heading(const std::string& line) {
-  return line.substr(0, line.find(',')).find_first_of("0123456789") == std::string::npos;
+  return line.substr(0, line.find(separator_of(line))).find_first_of("0123456789") == std::string::npos;
 }
 
 void require_increasing(const fs::path& csv, const std::vector<Row>& rows) {
@@ -119,7 +119,7 @@ std::vector<Row> read_rows(const fs::path& camera) {
   for (const auto& line : lines) {
     const auto fail_here = [&](const std::string& what) { fail_at(csv, line.number, what); };
     const auto fields = csv_fields(line.text);
-    const bool decimal = fields[0].find('.') != std::string::npos;
+    const bool decimal = fields[0].find_first_of(".,") != std::string::npos;
     const auto stamp = stamp_text(fields[0], rows.empty() ? decimal : !stamps.front().fraction.empty());
     if (!stamp)
       fail_here(fmt::format("'{}' is not a stamp in nanoseconds, or in the unit of the first", fields[0]));

@@ -134,16 +134,25 @@ StereoFrame rectified(const StereoSequence& sequence, std::size_t index, RawPair
           .right_fault = std::move(pair.right_fault)};
 }
 
-/// Adds the values of a pair. False if either image has 8 bits a pixel.
-[[nodiscard]] bool add_values(const StereoSequence& sequence, std::size_t index, ValueCounts& values) {
-  if (sequence.source) return sequence.source->add_values(index, values);
+/// How many images have 8 and 16 bits a pixel.
+struct DepthCounts {
+  std::size_t of_8_bits = 0;
+  std::size_t of_16_bits = 0;
+};
+
+/// Adds the values of those images of a pair that have 16 bits a pixel.
+void add_values(const StereoSequence& sequence, std::size_t index, ValueCounts& values, DepthCounts& depths) {
+  if (sequence.source) {
+    (sequence.source->add_values(index, values) ? depths.of_16_bits : depths.of_8_bits) += 2;
+    return;
+  }
   const StereoFiles& files = sequence.frames[index];
   for (const auto& file : {files.left, files.right}) {
+    if (file.empty()) continue;  // side by side
     const cv::Mat image = load_16_bit_image(file);
-    if (image.empty()) return false;
-    values.add(image);
+    ++(image.empty() ? depths.of_8_bits : depths.of_16_bits);
+    if (!image.empty()) values.add(image);
   }
-  return true;
 }
 
 /// What is said of images that are not read as 16 bits.
@@ -216,15 +225,29 @@ void find_scale(SequenceScan& scan) {
   const std::size_t frames = sequence.frames.size();
   const std::size_t sampled = std::min(kMostPairs, frames);
   ValueCounts values;
+  DepthCounts depths;
   std::size_t pairs = 0;
+  // The last pair comes second: if neither it nor the first one has 16 bits, none is expected to.
   for (std::size_t i = 0; i < sampled; ++i) {
+    const std::size_t place = i == 0 ? 0 : i == 1 ? sampled - 1 : i - 1;
     try {
-      if (!add_values(sequence, i * (frames - 1) / std::max<std::size_t>(sampled - 1, 1), values)) return;
+      add_values(sequence, place * (frames - 1) / std::max<std::size_t>(sampled - 1, 1), values, depths);
       ++pairs;
     } catch (const std::runtime_error&) {  // an image that cannot be read is reported where it is loaded
     }
+    const bool enough = i > 0 || sequence.source;  // reading the end of a source takes time
+    if (enough && pairs > 0 && depths.of_16_bits == 0) return;
   }
-  if (pairs == 0 || values.scale() == GreyScale{}) return;
+  if (depths.of_16_bits == 0) return;
+  const bool mixed = depths.of_8_bits > 0;
+  if (mixed) {
+    scan.warn(
+        sequence.folder,
+        "{} of the {} images examined have 8 bits a pixel and {} have 16, which are reduced to 8; store "
+        "all of them alike, or check that both have the same brightness",
+        depths.of_8_bits, depths.of_8_bits + depths.of_16_bits, depths.of_16_bits);
+  }
+  if (values.scale() == GreyScale{}) return;
   sequence.scale = values.scale();
   if (sequence.source) sequence.source->use_scale(sequence.scale);
   scan.problems.push_back({Problem::Severity::kWarning, scale_text(sequence, values, pairs)});

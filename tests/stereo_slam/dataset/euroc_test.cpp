@@ -150,6 +150,8 @@ TEST_CASE("Other columns, paths and headings of data.csv are read", "[euroc]") {
   frames_with([](int i) { return fmt::format("{0}, 3, {1}, {0}.png\n", tiny_stamp(i), i); });
   frames_with([](int i) { return fmt::format("{0},data/{0}.png\r\n", tiny_stamp(i)); });
   frames_with([](int i) { return fmt::format("{0} ./data/{0}.png\n", tiny_stamp(i)); });
+  frames_with([](int i) { return fmt::format("{0};{0}.png\n", tiny_stamp(i)); });
+  frames_with([](int i) { return fmt::format("1000000000,{1}00000000;{0}.png\n", tiny_stamp(i), i); });
   frames_with([](int i) { return fmt::format("{0},data\\{0}.png\n", tiny_stamp(i)); });
   frames_with([](int i) { return fmt::format("{0},/home/me/cam9/data/{0}.png\n", tiny_stamp(i)); });
   frames_with(

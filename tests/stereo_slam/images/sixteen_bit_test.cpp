@@ -171,6 +171,34 @@ TEST_CASE("A camera of 10 to 16 bits keeps the scale of its bits while the image
   }
 }
 
+TEST_CASE("Images of 8 bits among those of 12 in 16 keep their grey levels, and a warning counts both",
+          "[image]") {
+  const TemporaryFolder folder;
+  const auto to_8_bits = [](cv::Mat& image) { image.convertTo(image, CV_8U, 1.0 / 16.0); };
+  int images = 0;  // left and right ones in turn
+  const SequenceScan one_camera = scan_16_bit(folder / "one", 0.0, 16.0, [&](cv::Mat& image, int) {
+    if (images++ % 2 == 0) to_8_bits(image);
+  });
+  const SequenceScan from_a_frame_on =
+      scan_16_bit(folder / "late", 0.0, 16.0, [&](cv::Mat& image, int frame) {
+        if (frame < 4) to_8_bits(image);
+      });
+  const SequenceScan at_first = scan_16_bit(folder / "first", 0.0, 16.0, [&](cv::Mat& image, int frame) {
+    if (frame >= 4) to_8_bits(image);
+  });
+  const SequenceScan all = scan_16_bit(folder / "all", 0.0, 16.0);
+  for (const auto* scan : {&one_camera, &from_a_frame_on, &at_first}) {
+    CHECK(scan->sequence.scale == GreyScale::of_bits(12));
+    REQUIRE(scan->problems.size() == 2);
+    CHECK_THAT(scan->problems[0].text, Catch::Contains("of the 12 images examined have 8 bits a pixel"));
+    for (const std::size_t i : {0U, 5U}) {
+      const StereoFrame mixed = load_frame(scan->sequence, i), expected = load_frame(all.sequence, i);
+      CHECK(cv::norm(mixed.left, expected.left, cv::NORM_INF) <= 1.0);
+      CHECK(cv::norm(mixed.right, expected.right, cv::NORM_INF) <= 1.0);
+    }
+  }
+}
+
 TEST_CASE("An unreadable pair among those examined does not change the scale", "[image]") {
   const TemporaryFolder folder;
   const SequenceScan whole = scan_16_bit(folder.path(), 7000.0, 3.0);
