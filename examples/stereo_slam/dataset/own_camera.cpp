@@ -124,14 +124,50 @@ Sources sources_of(const OwnCamera& own, const OwnCameraFiles& files) {
              : Sources{.left = files.dataset, .right = {}};
 }
 
+/// The name of the right camera's folder that belongs to one of the left camera, as cam1 to cam0; empty if it
+/// tells no side.
+std::string right_name_of(std::string name) {
+  if (name == "l" || name == "L") return name == "l" ? "r" : "R";
+  for (const auto& [left, right] : {std::pair("left", "right"), {"Left", "Right"}, {"LEFT", "RIGHT"}}) {
+    const auto at = name.rfind(left);
+    if (at != std::string::npos) return name.replace(at, std::string_view(left).size(), right);
+  }
+  for (const auto& [left, right] : {std::pair("0", "1"), {"1", "2"}, {"_l", "_r"}, {"_L", "_R"}}) {
+    if (name.ends_with(left))
+      return name.replace(name.size() - std::string_view(left).size(), name.size(), right);
+  }
+  return "";
+}
+
+/// What to write into the calibration if the images are in folders under other names; empty if none are seen.
+std::string source_advice(const fs::path& folder) {
+  std::vector<fs::path> searched = folders_in(folder);
+  searched.insert(searched.begin(), folder);
+  for (const auto& parent : searched) {
+    const auto folders = folders_in(parent);
+    for (const auto& left : folders) {
+      const fs::path right = parent / right_name_of(left.filename().string());
+      if (std::ranges::find(folders, right) == folders.end()) continue;
+      return fmt::format(
+          "; if the images are in {0} and {1}, add 'left: {{source: {0}}}' and 'right: {{source: {1}}}'",
+          left.lexically_relative(folder).string(), right.lexically_relative(folder).string());
+    }
+  }
+  return "";
+}
+
 void check_sources(const Sources& sources, const OwnCameraFiles& files) {
   for (const auto& source : {sources.left, sources.right}) {
     if (source.empty() || is_live(source) || fs::exists(source)) continue;
     const fs::path folder = source.parent_path();
     const std::string names = names_in(folder);
-    fail(source, "neither a folder of images nor a video; correct {}'source' in {}{}",
+    const bool named_in_file = files.dataset.empty() || fs::is_directory(files.dataset);
+    fail(source, "neither a folder of images nor a video; correct {}'source' in {}{}{}",
          files.dataset.empty() ? "" : "--dataset, or ", files.calibration.filename().string(),
-         names.empty() ? "" : fmt::format("; {} has {}", folder.string(), names));
+         names.empty() ? "" : fmt::format("; {} has {}", folder.string(), names),
+         named_in_file
+             ? source_advice(files.dataset.empty() ? files.calibration.parent_path() : files.dataset)
+             : "");
   }
   if (sources.side_by_side()) return;
   if (is_live(sources.left) != is_live(sources.right))

@@ -13,6 +13,7 @@
 #include "stereo_slam/dataset/recording_checks.hpp"
 #include "stereo_slam/images/live_camera.hpp"
 #include "stereo_slam/images/video.hpp"
+#include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/folder_names.hpp"
 
@@ -30,6 +31,40 @@ SequenceScan unusable(const fs::path& folder, fmt::format_string<Values...> why,
   return scan;
 }
 
+/// Whether a folder looks like a recording, so that it can be named in its place.
+bool looks_like_recording(const fs::path& folder) {
+  if (looks_like_euroc(folder) || looks_like_kitti(folder)) return true;
+  std::vector<Problem> ignored;
+  fs::path calibration;
+  attempt(ignored, Problem::Severity::kWarning, [&] { calibration = find_calibration(folder); });
+  return !calibration.empty();
+}
+
+/// The folders one or two levels above or below that look like recordings, for a message; empty if none does.
+std::string other_levels(const fs::path& folder) {
+  std::error_code error;
+  const fs::path given = fs::absolute(folder, error).lexically_normal();
+  const fs::path parent = given.has_filename() ? given.parent_path() : given.parent_path().parent_path();
+  for (const auto& above : {parent, parent.parent_path()}) {
+    if (looks_like_recording(above)) return fmt::format("; the recording may be {}", above.string());
+  }
+  std::vector<fs::path> level = {folder};
+  for (int depth = 0; depth < 2; ++depth) {
+    std::vector<fs::path> below;
+    for (const auto& parent_folder : level) {
+      for (auto& child : folders_in(parent_folder)) below.push_back(std::move(child));
+    }
+    level = std::move(below);
+    const auto count = std::ranges::count_if(level, looks_like_recording);
+    if (count == 0) continue;
+    const auto first = std::ranges::find_if(level, looks_like_recording);
+    return fmt::format(
+        "; the recording may be {}{}", first->string(),
+        count > 1 ? " or " + counted(static_cast<std::size_t>(count - 1), "other folder") : "");
+  }
+  return "";
+}
+
 SequenceScan scan_layout(const fs::path& folder, std::string_view format, const fs::path& calibration,
                          const PairingOptions& pairing) {
   const bool automatic = format == "auto";
@@ -45,7 +80,8 @@ SequenceScan scan_layout(const fs::path& folder, std::string_view format, const 
   }
   if (is_calibration_file(folder) && (automatic || format == "folders" || format == "video"))
     return scan_own_camera({.calibration = folder, .dataset = {}}, format, pairing);
-  if (!fs::is_directory(folder)) return unusable(folder, "is not a folder; check --dataset");
+  if (!fs::is_directory(folder))
+    return unusable(folder, "is not a folder, video or bag; unpack archives, and check --dataset");
   const auto calibration_in_folder = find_calibration(folder);
   const bool has_calibration = !calibration_in_folder.empty();
   if (format == "euroc" || (automatic && looks_like_euroc(folder))) return scan_euroc(folder, pairing);
@@ -64,10 +100,10 @@ SequenceScan scan_layout(const fs::path& folder, std::string_view format, const 
                     kCalibrationFile, names);
   }
   return unusable(folder,
-                  "not a recording of a known layout{}; expected the KITTI layout "
+                  "not a recording of a known layout{}{}; expected the KITTI layout "
                   "({}), the EuRoC layout ({}), or a camera of your own ({})",
-                  names.empty() ? "" : " (it has " + names + ")", kKittiLayout, kEurocLayout,
-                  kOwnCameraLayout);
+                  names.empty() ? "" : " (it has " + names + ")", other_levels(folder), kKittiLayout,
+                  kEurocLayout, kOwnCameraLayout);
 }
 
 /// The IMU of a recording: from `file`, unless that is empty.

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace stereo_slam {
 
@@ -10,5 +11,9 @@ namespace stereo_slam {
 /// Folders come first, each group by name; hidden files are left out. Empty if there is nothing, or the
 /// folder cannot be read.
 [[nodiscard]] std::string names_in(const std::filesystem::path& folder);
+
+/// The folders in a folder, by name, a hundred at most; hidden ones are left out. Empty if the folder cannot
+/// be read.
+[[nodiscard]] std::vector<std::filesystem::path> folders_in(const std::filesystem::path& folder);
 
 }  // namespace stereo_slam

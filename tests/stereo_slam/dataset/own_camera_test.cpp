@@ -279,6 +279,48 @@ TEST_CASE("Where a source or a calibration is missing, what is there is named", 
                       "left/, right/, stereo_calib.yaml; name the calibration: --calibration FILE"));
 }
 
+TEST_CASE("Folders under other names are proposed as sources if they tell their sides", "[folders]") {
+  const auto proposed = [](const std::string& left, const std::string& right) {
+    return folder_error_after([&](const fs::path& folder) {
+      fs::create_directories((folder / left).parent_path());
+      fs::rename(folder / "left", folder / left);
+      fs::rename(folder / "right", folder / right);
+    });
+  };
+  for (const auto& [left, right] : {std::pair("cam0", "cam1"),
+                                    {"infra1", "infra2"},
+                                    {"image_left", "image_right"},
+                                    {"LEFT", "RIGHT"},
+                                    {"l", "r"},
+                                    {"img_l", "img_r"},
+                                    {"stereo/left", "stereo/right"}}) {
+    CAPTURE(left);
+    CHECK_THAT(
+        proposed(left, right),
+        Catch::Contains(fmt::format("add 'left: {{source: {}}}' and 'right: {{source: {}}}'", left, right)));
+  }
+  CHECK_THAT(proposed("x", "y"), !Catch::Contains("add 'left:"));
+}
+
+TEST_CASE("A recording one or two levels above or below the folder is named", "[folders]") {
+  const TemporaryFolder folder;
+  write_tiny_folders(folder / "day/a", 3);
+  const std::string recording = (folder / "day/a").string();
+  const auto error_of = [](const fs::path& given) {
+    return message_of([&] { (void)open_sequence(given, "auto"); });
+  };
+  for (const auto* given : {"day/a/left", "day/a/left/", "day", ""}) {
+    CAPTURE(given);
+    CHECK_THAT(error_of(folder / given), Catch::Contains("not a recording of a known layout") &&
+                                             Catch::Contains("the recording may be " + recording));
+  }
+  write_tiny_folders(folder / "day/b", 3);
+  CHECK_THAT(error_of(folder / "day"),
+             Catch::Contains("the recording may be " + recording + " or 1 other folder"));
+  write_text(folder / "a.zip", "PK");
+  CHECK_THAT(error_of(folder / "a.zip"), Catch::Contains("unpack archives"));
+}
+
 TEST_CASE("A baseline that was multiplied by the focal length is suspected", "[folders]") {
   const TemporaryFolder folder;
   write_tiny_folders(folder.path(), 3);
