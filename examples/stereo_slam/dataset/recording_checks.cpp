@@ -14,6 +14,7 @@
 #include <fmt/format.h>
 
 #include "stereo_slam/calibration/given_distortion.hpp"
+#include "stereo_slam/calibration/rig_file.hpp"
 #include "stereo_slam/core/median.hpp"
 #include "stereo_slam/dataset/recording_hypotheses.hpp"
 
@@ -52,7 +53,7 @@ constexpr double kFar = 0.15;  // rectified images of good cameras have up to 0.
   const double y = relative(centre.cy, centre.height_px);
   if (const auto order = likely_order(sequence)) return order_text(*order);
   if (const auto factor = size_factor(centre)) return other_size_text(centre, *factor);
-  if (const std::string squeezed = squeezed_text(centre); !squeezed.empty()) return squeezed;
+  if (std::string squeezed = squeezed_text(centre); !squeezed.empty()) return squeezed;
   const bool far_x = std::abs(x - 1.0) > kFar;
   const bool far_y = std::abs(y - 1.0) > kFar;
   if (!far_x && !far_y) return "";

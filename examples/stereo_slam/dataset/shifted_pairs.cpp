@@ -143,6 +143,7 @@ std::string text_of_partners(const StereoSequence& sequence, std::size_t left, i
 std::optional<Problem> repeated_images(const StereoSequence& sequence) {
   constexpr std::size_t kSampled = 24;
   constexpr std::size_t kMany = 6;  // one of so many; fewer hardly look like a delay
+  constexpr std::size_t kLeast = 3;
   const auto is_same = [](const cv::Mat& a, const cv::Mat& b) {
     return a.size() == b.size() && cv::norm(a, b, cv::NORM_INF) == 0.0;
   };
@@ -161,7 +162,7 @@ std::optional<Problem> repeated_images(const StereoSequence& sequence) {
       right += right_same && !left_same ? 1 : 0;
     });
   }
-  if (kMany * std::max(left, right) < all || left + right == 0) return std::nullopt;
+  if (const auto most = std::max(left, right); most < kLeast || kMany * most < all) return std::nullopt;
   const auto& [name, other] = left > right ? std::pair(sequence.left_name, sequence.right_name)
                                            : std::pair(sequence.right_name, sequence.left_name);
   return Problem::warning(

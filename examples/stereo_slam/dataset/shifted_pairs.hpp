@@ -14,7 +14,7 @@ namespace stereo_slam {
 
 /// Left images that are those of the frame before while the right ones are new, or the other way round: their
 /// pairs are a frame apart and others are not, which looks like a delay. Up to 24 pairs of frames are
-/// looked at. Nothing if less than a sixth are such.
+/// looked at. Nothing if less than a sixth, or two, are such.
 [[nodiscard]] std::optional<Problem> repeated_images(const StereoSequence& sequence);
 
 /// Whether the images of these frames show for certain that each left image belongs to the right image `late`
