@@ -46,17 +46,18 @@ struct Scenario : PriorAndTruth {
     const Vector3<double> z(uniform(rng, 0.0, s.camera.width_px), uniform(rng, 0.0, s.camera.height_px),
                             s.camera.fx * s.camera.baseline_m / depth);
     if (!s.camera.in_view(z)) continue;
-    const Matrix3<double> J = s.truth.rotation_matrix() * s.camera.back_projection_jacobian(z);
     stereo_slam::Landmark landmark;
-    landmark.covariance = kLandmarkShare * J * R * J.transpose();
-    landmark.mean = s.truth * s.camera.back_project(z) + draw_gaussian<3>(rng, landmark.covariance);
+    landmark.T_reference_anchor = s.truth;
+    landmark.covariance = kLandmarkShare * R;
+    landmark.mean = z + draw_gaussian<3>(rng, landmark.covariance);
     stereo_slam::Match match;
     match.landmark = s.landmarks.size();
     match.z = z + draw_gaussian<3>(rng, R);
     match.R = R;
     // At the true pose, as in the last pass of a filter: what is studied is the update alone.
     match.predicted.landmark_part = kLandmarkShare * R;
-    s.measurements.push_back({landmark.mean, match.z, match.predicted.landmark_part + R});
+    const Vector3<double> point = s.truth * s.camera.back_project(landmark.mean);
+    s.measurements.push_back({point, match.z, match.predicted.landmark_part + R});
     s.landmarks.push_back(landmark);
     s.matches.push_back(match);
   }

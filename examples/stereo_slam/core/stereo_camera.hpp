@@ -15,8 +15,9 @@ namespace stereo_slam {
 ///
 ///     z = (u, v, d) = (fx X/Z + cx,  fy Y/Z + cy,  fx b/Z),   d = u_left - u_right
 ///
-/// Like antipode::StereoCamera, but with the size of the images and without points at infinity. Valid for
-/// Z > kMinDepth_m. Points are in the axes of the left camera: x right, y down, z forward, in m.
+/// Like antipode::StereoCamera, but with the size of the images and without points at infinity, for which
+/// homogeneous() is. Valid for Z > kMinDepth_m. Points are in the axes of the left camera: x right, y down, z
+/// forward, in m.
 struct StereoCamera {
   double fx = 0.0;          ///< focal length, px
   double fy = 0.0;          ///< focal length, px
@@ -31,6 +32,11 @@ struct StereoCamera {
   using Vector2 = Eigen::Vector2d;  ///< pixels
   using Vector3 = Eigen::Vector3d;  ///< points and measurements
   using Matrix3 = Eigen::Matrix3d;  ///< Jacobians and covariances
+
+  /// The same camera for points that may be at infinity.
+  [[nodiscard]] antipode::StereoCamera<double> homogeneous() const {
+    return {fx, fy, cx, cy, baseline_m, kMinDepth_m};
+  }
 
   /// (u, v, d) of a point in camera coordinates; nothing when it is not in front of the camera.
   [[nodiscard]] std::optional<Vector3> project(const Vector3& p) const {

@@ -27,14 +27,10 @@ constexpr CornerStrength kClear{20, 2000.0};
 constexpr CornerStrength kStrong{10, 2000.0};
 constexpr CornerStrength kWeak{5, 900.0};  // hardly more than the alignment of patches needs
 
-/// Corners of the whole image that were found already, row by row; null if none were.
-using KnownCorners = const std::vector<cv::KeyPoint>*;
-
 /// What to search for in the cells of an image.
 struct CellSearch {
   CornerStrength strength;
-  std::span<const int> wanted;   ///< number of corners, of each cell, row by row; 0: the cell is skipped
-  KnownCorners known = nullptr;  ///< FAST corners of this strength, if they need not be searched
+  std::span<const int> wanted;  ///< number of corners, of each cell, row by row; 0: the cell is skipped
 };
 
 /// Number of cells in a row and in a column; the border of the image may cut the last ones.
@@ -116,10 +112,9 @@ class CellRow {
     keypoints_.resize(columns);
   }
 
-  /// Finds the FAST corners of the cells, or takes the known ones.
+  /// Finds the FAST corners of the cells.
   void find() {
     if (part_.empty()) return;
-    if (search_.known != nullptr) return sort_into_cells(*search_.known);
     for (std::size_t first = 0; first < wanted_.size(); ++first) {
       if (wanted_[first] <= 0) continue;
       std::size_t end = first + 1;
@@ -227,17 +222,14 @@ class CellRow {
 
 }  // namespace
 
-std::vector<Feature> CornerDetector::detect(const std::vector<Vector2<double>>& present_px,
-                                            const std::vector<Vector2<double>>& reserved_px,
-                                            const CornerGrid& grid) const {
-  if (image_.empty()) return {};
-  const cv::Size size = image_.size();
+std::vector<Feature> detect_corners(const cv::Mat& image, const std::vector<Vector2<double>>& present_px,
+                                    const std::vector<Vector2<double>>& reserved_px, const CornerGrid& grid) {
+  if (image.empty()) return {};
+  const cv::Size size = image.size();
   const auto wanted = wanted_by_cell(present_px, size, grid);
   const auto used_px = joined(present_px, reserved_px);
   const SpatialIndex used(used_px, size);
-  const bool everywhere = std::all_of(wanted.begin(), wanted.end(), [](int n) { return n > 0; });
-  if (everywhere && !clear_) clear_ = fast_corners(image_, kClear.fast_threshold);
-  auto corners = search_cells(image_, used, grid, {kClear, wanted, clear_ ? &*clear_ : nullptr});
+  auto corners = search_cells(image, used, grid, {kClear, wanted});
   if (!grid.fill_empty_cells && corners.size() >= grid.enough) return corners;
 
   // FAST takes longer the lower its threshold: at first it is lowered only in cells that remained empty.
@@ -245,11 +237,11 @@ std::vector<Feature> CornerDetector::detect(const std::vector<Vector2<double>>& 
     const auto found_px = positions(corners);
     const auto wanted_in_empty = wanted_in_empty_cells(wanted, count_by_cell(found_px, size, grid));
     const SpatialIndex used_and_found(joined(used_px, found_px), size);
-    const auto weaker = search_cells(image_, used_and_found, grid, {strength, wanted_in_empty});
+    const auto weaker = search_cells(image, used_and_found, grid, {strength, wanted_in_empty});
     corners.insert(corners.end(), weaker.begin(), weaker.end());
     if (corners.size() >= grid.enough) return corners;
   }
-  return search_cells(image_, used, grid, {kWeak, wanted});
+  return search_cells(image, used, grid, {kWeak, wanted});
 }
 
 }  // namespace stereo_slam

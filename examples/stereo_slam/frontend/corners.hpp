@@ -2,8 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
-#include <utility>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -21,32 +19,18 @@ struct CornerGrid {
   bool fill_empty_cells = true;  ///< even if there are enough, take weaker ones in cells without a clear one
 };
 
-/// Detects FAST corners of a grey image, away from each other and from points that are already there.
+/// FAST corners of a grey image (CV_8UC1), away from each other and from points that are already there.
 ///
 /// New corners are searched in the cells that are less than half full with `present_px`, away from these
-/// points and from `reserved_px`. Each of these cells gets the corners with the largest response: the smaller
-/// eigenvalue of the structure tensor, grey levels^2 (Shi and Tomasi 1994). Cells without a clear corner get
-/// weaker ones if fewer than grid.enough clear corners were found, or if grid.fill_empty_cells is set. If
-/// there are still not enough, weaker corners are taken in all of these cells. The corners have no
+/// points and from `reserved_px`, all in px. Each of these cells gets the corners with the largest response:
+/// the smaller eigenvalue of the structure tensor, grey levels^2 (Shi and Tomasi 1994). Cells without a clear
+/// corner get weaker ones if fewer than grid.enough clear corners were found, or if grid.fill_empty_cells is
+/// set. If there are still not enough, weaker corners are taken in all of these cells. The corners have no
 /// descriptors. None is nearer than kDescriptorReach_px to the image border, so that each can be described.
-///
-/// The first search of all cells keeps the FAST corners that it finds, and later searches take the clear
-/// corners from them: the result is the same, in less time. Not safe for concurrent use for this reason. The
-/// pixels of the image are not copied.
-class CornerDetector {
- public:
-  /// For a grey image (CV_8UC1), or an empty one.
-  explicit CornerDetector(cv::Mat image) : image_(std::move(image)) {}
-
-  /// Corners in cells that are less than half full with `present_px`, away from these points and from
-  /// `reserved_px`, all in px. Ordered by cell within each strength; empty for an empty image.
-  [[nodiscard]] std::vector<Feature> detect(const std::vector<Vector2<double>>& present_px,
-                                            const std::vector<Vector2<double>>& reserved_px,
-                                            const CornerGrid& grid) const;
-
- private:
-  cv::Mat image_;
-  mutable std::optional<std::vector<cv::KeyPoint>> clear_;  // FAST corners of the whole image, row by row
-};
+/// Ordered by cell within each strength; empty for an empty image.
+[[nodiscard]] std::vector<Feature> detect_corners(const cv::Mat& image,
+                                                  const std::vector<Vector2<double>>& present_px,
+                                                  const std::vector<Vector2<double>>& reserved_px,
+                                                  const CornerGrid& grid);
 
 }  // namespace stereo_slam

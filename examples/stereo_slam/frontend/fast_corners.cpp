@@ -3,13 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 
 #include <opencv2/core/hal/intrin.hpp>
 #include <opencv2/features2d.hpp>
 
-#include "stereo_slam/core/parallel.hpp"
 #include "stereo_slam/frontend/features.hpp"
 
 namespace stereo_slam {
@@ -29,21 +27,6 @@ std::vector<cv::KeyPoint> fast_corners(const cv::Mat& image, const cv::Rect& par
   for (auto& keypoint : keypoints) keypoint.pt += cv::Point2f(corner);
   std::erase_if(keypoints, [&](const cv::KeyPoint& k) { return !part.contains(cv::Point(k.pt)); });
   return keypoints;
-}
-
-std::vector<cv::KeyPoint> fast_corners(const cv::Mat& image, int threshold) {
-  constexpr int kStrip_px = 48;  // high enough for the margins not to count, and several for each thread
-  const cv::Rect area = corner_area(image.size());
-  if (area.empty()) return {};
-  std::vector<std::vector<cv::KeyPoint>> strips(
-      static_cast<std::size_t>((area.height + kStrip_px - 1) / kStrip_px));
-  run_each(strips.size(), [&](std::size_t i) {
-    const cv::Rect strip(area.x, area.y + static_cast<int>(i) * kStrip_px, area.width, kStrip_px);
-    strips[i] = fast_corners(image, strip & area, threshold);
-  });
-  std::vector<cv::KeyPoint> all;
-  for (const auto& strip : strips) all.insert(all.end(), strip.begin(), strip.end());
-  return all;
 }
 
 double smallest_eigenvalue(const cv::Mat& image, cv::Point centre) {

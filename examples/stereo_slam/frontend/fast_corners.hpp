@@ -16,9 +16,6 @@ namespace stereo_slam {
 [[nodiscard]] std::vector<cv::KeyPoint> fast_corners(const cv::Mat& image, const cv::Rect& part,
                                                      int threshold);
 
-/// The same for the whole corner_area(), on OpenCV's threads.
-[[nodiscard]] std::vector<cv::KeyPoint> fast_corners(const cv::Mat& image, int threshold);
-
 /// Strength of a corner (Shi and Tomasi 1994): the smaller eigenvalue of the structure tensor, summed over
 /// 7 x 7 pixels around `centre`, grey levels^2. `centre` is at least five pixels from the border.
 [[nodiscard]] double smallest_eigenvalue(const cv::Mat& image, cv::Point centre);

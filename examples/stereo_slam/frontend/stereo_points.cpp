@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "stereo_slam/frontend/corners.hpp"
 #include "stereo_slam/frontend/stereo_matching.hpp"
 
 namespace stereo_slam {
@@ -12,21 +13,21 @@ constexpr int kMinCornersPerCell = 5;
 
 }  // namespace
 
-std::vector<Vector2<double>> find_landmark_corners(const CornerDetector& corners_of_left,
+std::vector<Vector2<double>> find_landmark_corners(const cv::Mat& left,
                                                    const std::vector<Vector2<double>>& present_px,
-                                                   cv::Size image, const Settings& settings) {
+                                                   const Settings& settings) {
   const auto most = static_cast<std::size_t>(settings.map.max_new_landmarks);
   if (present_px.size() >= most) return {};
   const auto wanted = most - present_px.size();
   const int cell_px = settings.map.cell_px;
-  const int cells = ((image.width + cell_px - 1) / cell_px) * ((image.height + cell_px - 1) / cell_px);
+  const int cells = ((left.cols + cell_px - 1) / cell_px) * ((left.rows + cell_px - 1) / cell_px);
   const int share = 1 + settings.map.max_new_landmarks / std::max(cells, 1);
-  const auto corners = corners_of_left.detect(present_px, {},
-                                              {.cell_px = settings.map.cell_px,
-                                               .per_cell = std::max(kMinCornersPerCell, share),
-                                               .min_distance_px = settings.odometry.exclusion_px,
-                                               .enough = wanted / 2});
-  return positions(spread_features(corners, image, settings.map.cell_px, wanted));
+  const auto corners = detect_corners(left, present_px, {},
+                                      {.cell_px = settings.map.cell_px,
+                                       .per_cell = std::max(kMinCornersPerCell, share),
+                                       .min_distance_px = settings.odometry.exclusion_px,
+                                       .enough = wanted / 2});
+  return positions(spread_features(corners, left.size(), settings.map.cell_px, wanted));
 }
 
 StereoPoints measure_stereo_points(const StereoView& view, const std::vector<Feature>& features,
@@ -46,9 +47,8 @@ StereoPoints measure_stereo_points(const StereoView& view, const std::vector<Fea
   return points;
 }
 
-StereoPoints measure_stereo_corners(const StereoView& view, const CornerDetector& corners_of_left,
-                                    const Settings& settings) {
-  const auto corners_px = find_landmark_corners(corners_of_left, {}, view.frame.left.size(), settings);
+StereoPoints measure_stereo_corners(const StereoView& view, const Settings& settings) {
+  const auto corners_px = find_landmark_corners(view.frame.left, {}, settings);
   StereoPoints points;
   for (const auto& match : match_stereo(view, corners_px, settings.stereo)) {
     if (match) points.measured.push_back(*match);

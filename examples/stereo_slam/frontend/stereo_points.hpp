@@ -3,8 +3,9 @@
 
 #include <vector>
 
+#include <opencv2/core.hpp>
+
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/corners.hpp"
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/rig/stereo_measurement.hpp"
 #include "stereo_slam/rig/stereo_view.hpp"
@@ -28,16 +29,13 @@ struct StereoPoints {
                                                  const std::vector<Vector2<double>>& reserved_px,
                                                  const Settings& settings);
 
-/// Corners of the left image away from `present_px`, spread over buckets of settings.map.cell_px, at most
+/// Corners of a left image away from `present_px`, spread over buckets of settings.map.cell_px, at most
 /// settings.map.max_new_landmarks together with these, px.
 [[nodiscard]] std::vector<Vector2<double>> find_landmark_corners(
-    const CornerDetector& corners_of_left, const std::vector<Vector2<double>>& present_px, cv::Size image,
-    const Settings& settings);
+    const cv::Mat& left, const std::vector<Vector2<double>>& present_px, const Settings& settings);
 
 /// Stereo measurements of corners detected in the whole left image, without descriptors: spread over buckets
 /// of settings.map.cell_px, at most settings.map.max_new_landmarks.
-[[nodiscard]] StereoPoints measure_stereo_corners(const StereoView& view,
-                                                  const CornerDetector& corners_of_left,
-                                                  const Settings& settings);
+[[nodiscard]] StereoPoints measure_stereo_corners(const StereoView& view, const Settings& settings);
 
 }  // namespace stereo_slam

@@ -6,31 +6,23 @@
 #include <optional>
 #include <vector>
 
+#include <antipode/sensors/inverse_depth_landmark.hpp>
+
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
 
 namespace stereo_slam {
 
-/// Parametrisation of a landmark.
-enum class LandmarkForm {
-  kEuclidean,     ///< (X, Y, Z) in the reference frame, m
-  kInverseDepth,  ///< (u, v, d) in the camera that observed it first, px: their noise is Gaussian, and they
-                  ///< are finite for points at infinity
-};
-
 /// Point x / w of the reference frame, m; with w = 0, x is the direction of a point at infinity.
 using HomogeneousPoint = antipode::HomogeneousPoint<double>;
 
-/// A point of the map, relative to the reference keyframe's camera (eq. 10).
-struct Landmark {
-  std::uint32_t id = 0;  ///< stays the same over keyframes while it is matched
-  LandmarkForm form = LandmarkForm::kEuclidean;
-  Vector3<double> mean;                                       ///< parameters, as `form` defines them
-  Matrix3<double> covariance;                                 ///< of the parameters
-  Matrix6x3 pose_cross_covariance = Matrix6x3::Zero();        ///< of the pose's error with the mean's,
-                                                              ///< which entered all updates of the pose
-  Pose T_reference_anchor = Pose::identity();                 ///< of the camera that observed it first
-  Vector2<double> anchor_px;                                  ///< its position in that camera's left image
+/// A point of the map, relative to the reference keyframe's camera (eq. 10): the measurement (u, v, d) of the
+/// camera that observed it first, whose noise is Gaussian at any distance.
+struct Landmark : antipode::InverseDepthLandmark<double> {
+  std::uint32_t id = 0;                                 ///< stays the same over keyframes while it is matched
+  Matrix6x3 pose_cross_covariance = Matrix6x3::Zero();  ///< of the pose's error with the mean's,
+                                                        ///< which entered all updates of the pose
+  Vector2<double> anchor_px;                            ///< its position in that camera's left image
   Vector2<double> disparity_slope = Vector2<double>::Zero();  ///< d disparity / d (u, v) there
   Descriptor descriptor{};
   Vector2<double> last_px;     ///< last observation, left image
@@ -45,13 +37,10 @@ struct MapView {
   const StereoCamera& camera;
 };
 
-/// Point in the reference frame for the parameters `l` of the landmark, such as its mean or a sample.
+/// Point in the reference frame for the parameters `l` of the landmark, (u, v, d) in px: its mean, or a
+/// sample.
 [[nodiscard]] HomogeneousPoint to_point(const Landmark& landmark, const Vector3<double>& l,
                                         const StereoCamera& camera);
-
-/// d (x, w) / d l at the mean: four rows.
-[[nodiscard]] Eigen::Matrix<double, 4, 3> point_jacobian(const Landmark& landmark,
-                                                         const StereoCamera& camera);
 
 /// Stereo measurement of a homogeneous point at a camera pose; nothing when it is not in front of the camera.
 [[nodiscard]] std::optional<StereoPoint> project(const HomogeneousPoint& point, const Pose& T_keyframe_camera,

@@ -9,7 +9,6 @@
 #include <Eigen/LU>
 
 #include <antipode/filters/unscented_update.hpp>
-#include <antipode/geometry/quaternion.hpp>
 #include <antipode/sampling/pose_rules.hpp>
 
 #include "stereo_slam/local_map/landmark.hpp"
@@ -18,27 +17,6 @@ namespace stereo_slam {
 namespace {
 
 constexpr int kEstablished = 3;  // observations after which a landmark is kept for the map
-
-/// Covariance of a new Euclidean landmark, m^2, from the pixel noise and the pose's covariance, to first
-/// order. With the rotation matrix R of the pose, its perturbation (phi, rho) moves a point l_c, in camera
-/// coordinates, by R (rho - l_c x phi).
-[[nodiscard]] Matrix3<double> triangulation_covariance(const StereoPoint& z,
-                                                       const PoseGaussian& T_keyframe_camera,
-                                                       const Matrix3<double>& R, const StereoCamera& camera) {
-  const Matrix3<double> R_reference_camera = T_keyframe_camera.pose.rotation_matrix();
-  const Matrix3<double> J_z = R_reference_camera * camera.back_projection_jacobian(z);
-  Eigen::Matrix<double, 3, 6> J_pose;
-  J_pose << -R_reference_camera * antipode::skew(camera.back_project(z)), R_reference_camera;
-  return J_z * R * J_z.transpose() + J_pose * T_keyframe_camera.covariance * J_pose.transpose();
-}
-
-/// Covariance of a new inverse-depth landmark, px^2.
-[[nodiscard]] Matrix3<double> inverse_depth_covariance(const Landmark& landmark,
-                                                       const PoseGaussian& T_keyframe_camera,
-                                                       const Matrix3<double>& R, const StereoCamera& camera) {
-  const auto J = pose_jacobian(to_point(landmark, landmark.mean, camera), T_keyframe_camera.pose, camera);
-  return R + J * T_keyframe_camera.covariance * J.transpose();
-}
 
 /// How far a patch can be believed to show a single surface: the correlation, less one if the point is near
 /// and its disparity has the slope of no common surface. At a small depth another surface in the patch,
@@ -72,7 +50,6 @@ constexpr int kEstablished = 3;  // observations after which a landmark is kept 
 
 void LocalMap::add(const StereoPoints& points, const std::vector<std::uint32_t>& ids,
                    const PoseGaussian& T_keyframe_camera, const StereoFrame& frame) {
-  const double far_disparity_px = camera_.fx / settings_.inverse_depth_beyond_baselines;
   const double min_disparity_px = camera_.fx / settings_.max_baselines;
   const Matrix3<double> least = stereo_pixel_covariance(settings_.pixel_sigma_px);
   const double min_clarity = required_clarity(points, camera_, settings_);
@@ -88,33 +65,21 @@ void LocalMap::add(const StereoPoints& points, const std::vector<std::uint32_t>&
     if (!points.descriptors.empty()) landmark.descriptor = points.descriptors[i];
     landmark.last_seen = frame.index;
     landmark.intensity = intensity_at(frame.left, landmark.anchor_px);
-    if (z.z() < far_disparity_px) {
-      landmark.form = LandmarkForm::kInverseDepth;
-      landmark.mean = z;
-      landmark.covariance = inverse_depth_covariance(landmark, T_keyframe_camera, R, camera_);
-    } else {
-      landmark.mean = T_keyframe_camera.pose * camera_.back_project(z);
-      landmark.covariance = triangulation_covariance(z, T_keyframe_camera, R, camera_);
-    }
+    landmark.mean = z;
+    const auto J = pose_jacobian(to_point(landmark, z, camera_), T_keyframe_camera.pose, camera_);
+    landmark.covariance = R + J * T_keyframe_camera.covariance * J.transpose();
     landmarks_.push_back(landmark);
   }
 }
 
 void LocalMap::remeasure(const Remeasurement& change) {
   std::erase_if(landmarks_, [&](Landmark& landmark) {
-    const auto z = project(to_point(landmark, landmark.mean, camera_), Pose::identity(), camera_);
-    if (!z) return true;
-    const StereoPoint now = change.of(landmark.anchor_px, *z);
+    const StereoPoint now = change.of(landmark.anchor_px, landmark.mean);
     if (!(now.z() > 0.0)) return true;
-    Matrix3<double> factor = Matrix3<double>::Identity();
-    factor(2, 2) = now.z() / z->z();  // of the standard deviation, about
+    const double factor = now.z() / landmark.mean.z();  // of the standard deviation, about
     landmark.mean = now;
-    if (landmark.form == LandmarkForm::kEuclidean) {
-      landmark.mean = camera_.back_project(now);
-      factor =
-          camera_.back_projection_jacobian(now) * factor * camera_.back_projection_jacobian(*z).inverse();
-    }
-    landmark.covariance = factor * landmark.covariance * factor.transpose();
+    landmark.covariance.row(2) *= factor;
+    landmark.covariance.col(2) *= factor;
     return false;
   });
 }

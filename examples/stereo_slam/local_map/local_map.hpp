@@ -45,8 +45,7 @@ class LocalMap {
   [[nodiscard]] std::uint32_t new_id() noexcept { return next_id_++; }
 
   /// Adds a landmark for every point of `frame`; `ids` has one id per point. The camera was at
-  /// `T_keyframe_camera`, whose covariance becomes part of the landmarks'. Points nearer than
-  /// settings.inverse_depth_beyond_baselines times the baseline are Euclidean, the others in inverse depth.
+  /// `T_keyframe_camera`, whose covariance becomes part of the landmarks'.
   /// Points beyond settings.max_baselines times the baseline are left out, and so are those whose patches
   /// probably contain more than one surface, a reflection, or something that moves, unless fewer than half of
   /// settings.max_new_landmarks are clearer: the patches correlate by less than settings.clear_correlation,

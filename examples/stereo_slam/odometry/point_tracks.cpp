@@ -11,6 +11,7 @@
 #include "stereo_slam/core/opencv_points.hpp"
 #include "stereo_slam/core/parallel.hpp"
 #include "stereo_slam/core/pixel_noise.hpp"
+#include "stereo_slam/frontend/corners.hpp"
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/frontend/patch_alignment.hpp"
 #include "stereo_slam/frontend/plane_warp.hpp"
@@ -147,8 +148,8 @@ void PointTracks::remeasure(const Remeasurement& change) {
   std::erase_if(points_, [](const TrackedPoint& point) { return !(point.z.z() > 0.0); });
 }
 
-void PointTracks::replenish(const StereoView& view, const CornerDetector& corners_of_left,
-                            const std::vector<Vector2<double>>& reserved_px, const Settings& settings) {
+void PointTracks::replenish(const StereoView& view, const std::vector<Vector2<double>>& reserved_px,
+                            const Settings& settings) {
   constexpr double kFew = 0.6;  // below this share of the points wanted, corners are worth a search
   const auto& rule = settings.odometry;
   const cv::Size image = view.frame.left.size();
@@ -168,8 +169,8 @@ void PointTracks::replenish(const StereoView& view, const CornerDetector& corner
                         .min_distance_px = rule.exclusion_px,
                         .enough = missing / 3,
                         .fill_empty_cells = false};
-  const auto corners =
-      spread_features(corners_of_left.detect(positions(), reserved_px, grid), image, rule.cell_px, missing);
+  const auto corners = spread_features(detect_corners(view.frame.left, positions(), reserved_px, grid), image,
+                                       rule.cell_px, missing);
   for (const auto& match : match_stereo(view, stereo_slam::positions(corners), settings.stereo)) {
     if (match)
       points_.push_back({match->z, match->left_px, match->disparity_slope, std::nullopt, std::nullopt, 0});

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/corners.hpp"
 #include "stereo_slam/frontend/optical_flow.hpp"
 #include "stereo_slam/odometry/motion_estimation.hpp"
 #include "stereo_slam/rig/right_image_fit.hpp"
@@ -55,8 +54,8 @@ class PointTracks {
 
   /// Drops the points that are nearer than settings.odometry.exclusion_px to `reserved_px`. If few are left,
   /// adds corners with a stereo match where there is room.
-  void replenish(const StereoView& view, const CornerDetector& corners_of_left,
-                 const std::vector<Vector2<double>>& reserved_px, const Settings& settings);
+  void replenish(const StereoView& view, const std::vector<Vector2<double>>& reserved_px,
+                 const Settings& settings);
 
  private:
   std::vector<TrackedPoint> points_;

@@ -102,8 +102,6 @@ struct UpdateSettings {
 struct MapSettings {
   int max_new_landmarks = 500;
   int cell_px = 40;  ///< grid cell over which new landmarks are spread
-  /// Depth beyond which landmarks are stored in inverse depth.
-  double inverse_depth_beyond_baselines = 40.0;
   double max_baselines = 140.0;
   /// Landmarks whose patches correlate less in the two images, or are near and on no common surface, are
   /// added only where there would be fewer than half of max_new_landmarks without them; -1: all are added.

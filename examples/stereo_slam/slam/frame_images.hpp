@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "stereo_slam/core/types.hpp"
-#include "stereo_slam/frontend/corners.hpp"
 #include "stereo_slam/frontend/features.hpp"
 #include "stereo_slam/frontend/optical_flow.hpp"
 
@@ -48,7 +47,6 @@ struct FrameImages {
   const StereoFrame& frame;
   StereoPyramid pyramids;
   StereoPyramid flow_pyramids;   ///< of images as bright as the previous ones: for optical flow
-  CornerDetector corners;        ///< of the left image
   StereoFeatures features = {};  ///< of the whole images, if landmarks are matched by descriptors
 };
 
@@ -58,7 +56,7 @@ struct FrameImages {
   StereoPyramid pyramids = build_pyramids(frame, sides, std::move(previous.before));
   StereoPyramid flow_pyramids =
       previous.pyramids.left.empty() ? pyramids : as_bright_as(previous.pyramids, pyramids, frame);
-  return {frame, std::move(pyramids), std::move(flow_pyramids), CornerDetector(frame.left)};
+  return {frame, std::move(pyramids), std::move(flow_pyramids)};
 }
 
 }  // namespace stereo_slam

@@ -279,7 +279,7 @@ void Slam::prepare_next(const FrameImages& images, const std::vector<Match>& mat
   if (right_camera_.is_ignored()) {
     tracks_ = {};  // no point has a disparity
   } else {
-    tracks_.replenish(right_camera_.view_of(images.frame), images.corners, landmarks_px, settings_);
+    tracks_.replenish(right_camera_.view_of(images.frame), landmarks_px, settings_);
   }
   previous_.replace(images.pyramids, path_.frames(), result.status == TrackingStatus::kLost);
   previous_.matches = matches.size();

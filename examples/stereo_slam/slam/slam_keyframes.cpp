@@ -80,10 +80,9 @@ void Slam::add_corners(const std::vector<Match>& matches, const FrameImages& ima
   auto present_px = positions(matches);
   for (const auto& px : reference_.motion_stereo.positions()) present_px.push_back(px);
   if (4 * present_px.size() > 3 * most) return;
-  reference_.motion_stereo.add(
-      images.frame.left, posterior_.pose,
-      find_landmark_corners(images.corners, present_px, images.frame.left.size(), settings_),
-      median_disparity(matches));
+  reference_.motion_stereo.add(images.frame.left, posterior_.pose,
+                               find_landmark_corners(images.frame.left, present_px, settings_),
+                               median_disparity(matches));
 }
 
 /// As change_keyframe(), without a right image. The scale of the new landmarks has the error of the motion in
@@ -161,7 +160,7 @@ void Slam::begin_keyframe(const FrameImages& images, std::vector<KeyframePoint> 
 /// Adds landmarks at corners with a stereo match. Returns these corners as add_landmarks() does.
 std::vector<KeyframePoint> Slam::add_stereo_landmarks(const FrameImages& images,
                                                       const ReobservedLandmarks& reobserved) {
-  const auto points = measure_stereo_corners(right_camera_.view_of(images.frame), images.corners, settings_);
+  const auto points = measure_stereo_corners(right_camera_.view_of(images.frame), settings_);
   right_camera_.add_rows(points.measured);
   return add_landmarks(images, points, reobserved);
 }

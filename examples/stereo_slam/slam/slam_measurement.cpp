@@ -240,8 +240,7 @@ RightImageFit Slam::searched_along_rows(const FrameImages& images, const RightIm
   const StereoFrame& frame = images.frame;
   if (!frame.has_right()) return {};
   const bool few = matches.size() < kFew;
-  const auto positions_px =
-      few ? find_landmark_corners(images.corners, {}, frame.left.size(), settings_) : positions(matches);
+  const auto positions_px = few ? find_landmark_corners(frame.left, {}, settings_) : positions(matches);
   std::vector<PairSearch> searches;
   std::vector<Vector2<double>> disparities_px;  // that the landmark has, and that was found
   const auto found = match_stereo(right_camera_.view_of(frame, right), positions_px, settings_.stereo);

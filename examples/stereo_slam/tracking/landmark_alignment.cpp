@@ -19,14 +19,6 @@ constexpr double kMinCorrelation = 0.8;  // of the aligned patches
 constexpr double kMaxShift_px = 3.0;     // of the aligned position from its start
 constexpr double kMaxRowError_px = 1.0;  // between left and right position: epipolar check
 
-/// The landmark's plane in the keyframe, whose disparity has the slope that was measured there.
-[[nodiscard]] std::optional<PlaneView> view_landmark(const Landmark& landmark, const Pose& T_keyframe_camera,
-                                                     const StereoCamera& camera) {
-  const auto z = project(to_point(landmark, landmark.mean, camera), Pose::identity(), camera);
-  if (!z) return std::nullopt;
-  return view_plane({*z, landmark.disparity_slope}, T_keyframe_camera, camera);
-}
-
 /// A landmark found in a stereo pair.
 struct PairMeasurement {
   PairSearch search;
@@ -46,7 +38,7 @@ struct PatchMeasurement {
                                         const Vector2<double>& start_px) const {
     PairMeasurement result;
     const Landmark& landmark = source.landmarks[predicted.index];
-    const auto seen = view_landmark(landmark, T_keyframe_camera, view.camera);
+    const auto seen = view_plane({landmark.mean, landmark.disparity_slope}, T_keyframe_camera, view.camera);
     if (!seen) return result;
     const auto left = align(landmark, seen->left, view.frame.left, start_px);
     if (!left) return result;

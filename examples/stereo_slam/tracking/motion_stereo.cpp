@@ -83,9 +83,8 @@ struct AlignedPatch {
                                                            const PoseGaussian& T_keyframe_current) {
   const Landmark& landmark = map.landmarks[match.landmark];
   const HomogeneousPoint point = to_point(landmark, landmark.mean, map.camera);
-  const auto in_keyframe = project(point, Pose::identity(), map.camera);
-  if (!in_keyframe) return std::nullopt;
-  const auto view = view_plane({*in_keyframe, landmark.disparity_slope}, T_keyframe_current.pose, map.camera);
+  const auto view =
+      view_plane({landmark.mean, landmark.disparity_slope}, T_keyframe_current.pose, map.camera);
   if (!view) return std::nullopt;
   const Matrix3<double> J = landmark_jacobian(landmark, T_keyframe_current.pose, map.camera);
   const auto J_pose = pose_jacobian(point, T_keyframe_current.pose, map.camera);

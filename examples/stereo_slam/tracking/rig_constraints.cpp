@@ -55,10 +55,8 @@ SeenMotion seen_motion(const std::vector<Match>& matches, const MapView& map, co
   SeenMotion motion{T_keyframe_camera, {}};
   motion.points.reserve(matches.size());
   for (const auto& match : matches) {
-    const Landmark& landmark = map.landmarks[match.landmark];
-    const auto first = project(to_point(landmark, landmark.mean, camera), Pose::identity(), camera);
-    if (!first) continue;
-    const auto point = point_in_both(*first, match.z, match.R, T_keyframe_camera, camera);
+    const StereoPoint& first = map.landmarks[match.landmark].mean;
+    const auto point = point_in_both(first, match.z, match.R, T_keyframe_camera, camera);
     if (point) motion.points.push_back(*point);
   }
   return motion;

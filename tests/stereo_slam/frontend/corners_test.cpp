@@ -39,7 +39,7 @@ double distance_to_corner(const Vector2<double>& px) {
 
 TEST_CASE("Corners are found where the image has them, as many a cell as wanted", "[stereo_slam][features]") {
   const cv::Mat image = squares(120);
-  const auto corners = CornerDetector(image).detect({}, {}, {.cell_px = 40, .per_cell = 2});
+  const auto corners = detect_corners(image, {}, {}, {.cell_px = 40, .per_cell = 2});
   REQUIRE(corners.size() >= 28);
   std::vector<int> by_cell(40);
   for (const auto& corner : corners) {
@@ -56,32 +56,13 @@ TEST_CASE("Corners are found where the image has them, as many a cell as wanted"
 TEST_CASE("Cells that are full are left alone, and corners keep their distance", "[stereo_slam][features]") {
   const cv::Mat image = squares(120);
   const CornerGrid grid{.cell_px = 40, .per_cell = 1};
-  const auto all = positions(CornerDetector(image).detect({}, {}, grid));
-  CHECK(CornerDetector(image).detect(all, {}, grid).empty());
-  for (const auto& corner : CornerDetector(image).detect({}, all, grid)) {
+  const auto all = positions(detect_corners(image, {}, {}, grid));
+  CHECK(detect_corners(image, all, {}, grid).empty());
+  for (const auto& corner : detect_corners(image, {}, all, grid)) {
     for (const auto& px : all) CHECK((corner.position_px - px).norm() > grid.min_distance_px);
   }
   // Points outside the image take no room.
-  CHECK(CornerDetector(image).detect({{-50.0, 10.0}, {1e6, 1e6}}, {}, grid).size() == all.size());
-}
-
-TEST_CASE("A second search finds the same corners as a detector that is new", "[stereo_slam][features]") {
-  cv::Mat noise(200, 320, CV_8UC1);
-  cv::RNG(5).fill(noise, cv::RNG::UNIFORM, 0, 256);
-  cv::GaussianBlur(noise, noise, {0, 0}, 1.0);
-  const CornerDetector detector(noise);
-  const auto known = positions(detector.detect({}, {}, {.cell_px = 40, .per_cell = 5}));
-  for (const int cell_px : {16, 23, 50}) {
-    for (const bool fill : {false, true}) {
-      CAPTURE(cell_px, fill);
-      const CornerGrid grid{.cell_px = cell_px, .per_cell = 2, .fill_empty_cells = fill};
-      // With many points present some cells are full, so that a new detector does not search the whole image.
-      const std::vector<Vector2<double>> present_px(known.begin(), known.begin() + 60);
-      const auto again = positions(detector.detect(present_px, {}, grid));
-      CHECK_FALSE(again.empty());
-      CHECK(again == positions(CornerDetector(noise).detect(present_px, {}, grid)));
-    }
-  }
+  CHECK(detect_corners(image, {{-50.0, 10.0}, {1e6, 1e6}}, {}, grid).size() == all.size());
 }
 
 TEST_CASE("Corners of neighbouring cells keep their distance, too", "[stereo_slam][features]") {
@@ -89,7 +70,7 @@ TEST_CASE("Corners of neighbouring cells keep their distance, too", "[stereo_sla
   cv::RNG(5).fill(noise, cv::RNG::UNIFORM, 0, 256);
   cv::GaussianBlur(noise, noise, {0, 0}, 1.0);
   const CornerGrid grid{.cell_px = 16, .per_cell = 5, .min_distance_px = 6.0};
-  const auto corners = positions(CornerDetector(noise).detect({}, {}, grid));
+  const auto corners = positions(detect_corners(noise, {}, {}, grid));
   REQUIRE(corners.size() > 100);
   for (std::size_t i = 0; i < corners.size(); ++i) {
     for (std::size_t k = 0; k < i; ++k) CHECK((corners[i] - corners[k]).norm() >= grid.min_distance_px);
@@ -98,16 +79,16 @@ TEST_CASE("Corners of neighbouring cells keep their distance, too", "[stereo_sla
 
 TEST_CASE("Weak corners are taken where there are too few strong ones", "[stereo_slam][features]") {
   const cv::Mat dim = squares(30);
-  CHECK(CornerDetector(dim).detect({}, {}, {.cell_px = 40, .per_cell = 2}).empty());
-  CHECK(CornerDetector(dim).detect({}, {}, {.cell_px = 40, .per_cell = 2, .enough = 10}).size() >= 10);
+  CHECK(detect_corners(dim, {}, {}, {.cell_px = 40, .per_cell = 2}).empty());
+  CHECK(detect_corners(dim, {}, {}, {.cell_px = 40, .per_cell = 2, .enough = 10}).size() >= 10);
 }
 
 TEST_CASE("Images without corners, tiny ones and none at all give no corners", "[stereo_slam][features]") {
-  CHECK(CornerDetector(cv::Mat()).detect({}, {}, {}).empty());
-  CHECK(CornerDetector(cv::Mat(200, 320, CV_8UC1, cv::Scalar(80))).detect({}, {}, {.enough = 10}).empty());
+  CHECK(detect_corners(cv::Mat(), {}, {}, {}).empty());
+  CHECK(detect_corners(cv::Mat(200, 320, CV_8UC1, cv::Scalar(80)), {}, {}, {.enough = 10}).empty());
   for (const int side : {1, 7, 37, 40}) {
     const cv::Mat tiny = test::texture_image({side, side}, {0.0, 0.0});
-    for (const auto& corner : CornerDetector(tiny).detect({}, {}, {.enough = 10})) {
+    for (const auto& corner : detect_corners(tiny, {}, {}, {.enough = 10})) {
       CHECK(corner.position_px.minCoeff() >= kDescriptorReach_px);
       CHECK(corner.position_px.maxCoeff() < side - kDescriptorReach_px);
     }

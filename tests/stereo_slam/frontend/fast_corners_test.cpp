@@ -23,7 +23,7 @@ TEST_CASE("A part of an image has the FAST corners that the whole image has ther
           "[stereo_slam][features]") {
   const cv::Mat image = noise_image();
   const cv::Rect part = cv::Rect(70, 40, 90, 55) & corner_area(image.size());
-  const auto whole = fast_corners(image, 20);
+  const auto whole = fast_corners(image, corner_area(image.size()), 20);
   const auto in_part = fast_corners(image, part, 20);
   REQUIRE(in_part.size() > 10);
   auto expected = whole;
@@ -56,7 +56,6 @@ TEST_CASE("A slope has no strength as a corner, and a small image no place for o
   for (int x = 0; x < slope.cols; ++x) slope.col(x).setTo(5 * x);
   CHECK(smallest_eigenvalue(slope, {20, 20}) == 0.0);
   CHECK(corner_area({38, 200}).empty());
-  CHECK(fast_corners(cv::Mat(30, 30, CV_8UC1, cv::Scalar(0)), 20).empty());
 }
 
 }  // namespace

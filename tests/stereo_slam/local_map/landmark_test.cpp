@@ -9,27 +9,22 @@ namespace {
 
 constexpr double kStep = 1e-6;
 
-Landmark inverse_depth_landmark(const StereoPoint& z, const Pose& T_reference_anchor) {
-  Landmark landmark;
-  landmark.form = LandmarkForm::kInverseDepth;
-  landmark.mean = z;
-  landmark.covariance = stereo_pixel_covariance(0.3);
+Landmark landmark_from(const Pose& T_reference_anchor, const StereoPoint& z) {
+  Landmark landmark = test::landmark_at(z, 0.3);
   landmark.T_reference_anchor = T_reference_anchor;
   return landmark;
 }
 
-TEST_CASE("Both forms of a landmark project to the same pixels", "[stereo_slam][landmark]") {
+TEST_CASE("A landmark projects to the same pixels as its point in space", "[stereo_slam][landmark]") {
   std::mt19937_64 random(1);
   const StereoCamera camera = test::kitti_camera();
   for (int i = 0; i < 50; ++i) {
     const Pose anchor = test::car_motion(2.0);
     const Pose viewer = test::car_motion(3.0);
     const StereoPoint z = test::random_measurement(random, camera, 10.0, 80.0);
-    Landmark euclidean;
-    euclidean.mean = anchor * camera.back_project(z);
-    const Landmark inverse = inverse_depth_landmark(z, anchor);
-    const auto a = project(to_point(euclidean, euclidean.mean, camera), viewer, camera);
-    const auto b = project(to_point(inverse, inverse.mean, camera), viewer, camera);
+    const HomogeneousPoint in_space{anchor * camera.back_project(z), 1.0};
+    const auto a = project(in_space, viewer, camera);
+    const auto b = project(to_point(landmark_from(anchor, z), z, camera), viewer, camera);
     REQUIRE(a);
     REQUIRE(b);
     CHECK((*a - *b).norm() < 1e-9);
@@ -38,7 +33,7 @@ TEST_CASE("Both forms of a landmark project to the same pixels", "[stereo_slam][
 
 TEST_CASE("A point at infinity has a direction, no disparity and no parallax", "[stereo_slam][landmark]") {
   const StereoCamera camera = test::kitti_camera();
-  const Landmark star = inverse_depth_landmark({700.0, 100.0, 0.0}, Pose::identity());
+  const Landmark star = landmark_from(Pose::identity(), {700.0, 100.0, 0.0});
   Vector6<double> sideways = Vector6<double>::Zero();
   sideways[3] = 5.0;
   const auto z = project(to_point(star, star.mean, camera), Pose::exp(sideways), camera);
@@ -67,10 +62,8 @@ TEST_CASE("Jacobians of the projection agree with differences", "[stereo_slam][l
   std::mt19937_64 random(2);
   const StereoCamera camera = test::kitti_camera();
   const Pose pose = test::car_motion();
-  const Landmark forms[] = {
-      test::landmark_at(test::random_measurement(random, camera, 5.0, 40.0), camera, 0.3),
-      inverse_depth_landmark(test::random_measurement(random, camera, 5.0, 40.0), test::car_motion(-0.7))};
-  for (const Landmark& landmark : forms) {
+  for (const Pose& anchor : {Pose::identity(), test::car_motion(-0.7)}) {
+    const Landmark landmark = landmark_from(anchor, test::random_measurement(random, camera, 5.0, 40.0));
     const HomogeneousPoint point = to_point(landmark, landmark.mean, camera);
     Eigen::Matrix<double, 3, 6> J_pose;
     for (int k = 0; k < 6; ++k) {
@@ -103,10 +96,10 @@ TEST_CASE("Only landmarks in view and in range are expected, with both parts of 
           "[stereo_slam][landmark]") {
   const StereoCamera camera = test::kitti_camera();
   const auto at_depth = [&](double z_m) {
-    return test::landmark_at({600.0, 180.0, camera.fx * camera.baseline_m / z_m}, camera, 0.3);
+    return test::landmark_at({600.0, 180.0, camera.fx * camera.baseline_m / z_m}, 0.3);
   };
   std::vector<Landmark> landmarks = {at_depth(10.0), at_depth(60.0), at_depth(80.0), at_depth(10.0)};
-  landmarks[3].mean.x() += 50.0;  // out of view
+  landmarks[3].mean.x() += 700.0;  // out of view
   PoseGaussian pose;
   pose.covariance = 1e-6 * Matrix6<double>::Identity();
   const auto predicted = project_landmarks({landmarks, camera}, pose, 140.0);  // 75 m

@@ -11,7 +11,7 @@ namespace {
 Landmark landmark_at(std::uint32_t id, const Vector3<double>& position, std::size_t last_seen) {
   Landmark landmark;
   landmark.id = id;
-  landmark.mean = position;
+  landmark.mean = test::kitti_camera().project(position).value();
   landmark.last_px = {11.0, 12.0};
   landmark.last_seen = last_seen;
   landmark.observations = 7;

@@ -55,7 +55,7 @@ TEST_CASE("Points are followed and give the motion", "[stereo_slam][odometry]") 
   const StereoFrame first = wall(0, 0);
   const StereoFrame second = wall(1, 5);
   PointTracks tracks;
-  tracks.replenish(view_of(first), CornerDetector(first.left), {}, track_settings());
+  tracks.replenish(view_of(first), {}, track_settings());
   const auto begun = tracks.points();
   REQUIRE(begun.size() >= 30);
   for (const auto& point : begun) CHECK(std::abs(point.z.z() - kDisparity_px) < 0.05);
@@ -73,7 +73,7 @@ TEST_CASE("Points are followed and give the motion", "[stereo_slam][odometry]") 
 TEST_CASE("Points are followed over a motion that nothing announced", "[stereo_slam][odometry]") {
   const StereoFrame first = wall(0, 0);
   PointTracks tracks;
-  tracks.replenish(view_of(first), CornerDetector(first.left), {}, track_settings());
+  tracks.replenish(view_of(first), {}, track_settings());
   const auto odometry = step(tracks, first, wall(1, 25));
   REQUIRE(odometry.valid);
   CHECK((odometry.T_previous_current.pose.translation() - sideways(25.0).translation()).norm() < 0.05);
@@ -86,7 +86,7 @@ TEST_CASE("The points have the disparity of the rectification at hand", "[stereo
   const PairGeometry before(kCamera);
   const PairGeometry after(kCamera, offset);
   PointTracks tracks;
-  tracks.replenish({frame, kCamera, before}, CornerDetector(frame.left), {}, track_settings());
+  tracks.replenish({frame, kCamera, before}, {}, track_settings());
   const auto begun = tracks.points();
   tracks.remeasure({before, after});
   REQUIRE(tracks.points().size() == begun.size());
@@ -99,7 +99,7 @@ TEST_CASE("The points have the disparity of the rectification at hand", "[stereo
 TEST_CASE("Points that moved with the camera are static", "[stereo_slam][odometry]") {
   const StereoFrame first = wall(0, 0);
   PointTracks tracks;
-  tracks.replenish(view_of(first), CornerDetector(first.left), {}, track_settings());
+  tracks.replenish(view_of(first), {}, track_settings());
   (void)step(tracks, first, wall(1, 5));
   const auto static_after = [&](const std::optional<Pose>& motion, int frames) {
     tracks.compare_with(motion, kCamera, 0.4);
@@ -124,9 +124,9 @@ TEST_CASE("Points near the landmarks are dropped, and new ones keep away from th
           "[stereo_slam][odometry]") {
   const StereoFrame frame = wall(0, 0);
   PointTracks tracks;
-  tracks.replenish(view_of(frame), CornerDetector(frame.left), {}, track_settings());
+  tracks.replenish(view_of(frame), {}, track_settings());
   const auto landmarks_px = tracks.positions();
-  tracks.replenish(view_of(frame), CornerDetector(frame.left), landmarks_px, track_settings());
+  tracks.replenish(view_of(frame), landmarks_px, track_settings());
   REQUIRE(tracks.points().size() >= 20);
   for (const auto& px : tracks.positions()) {
     for (const auto& landmark_px : landmarks_px) {
@@ -146,10 +146,10 @@ TEST_CASE("Nothing is followed into another scene or a black image, and nothing 
   cv::flip(mirrored.right, mirrored.right, 0);
   for (const auto& second : {black, mirrored}) {
     PointTracks tracks;
-    tracks.replenish(view_of(first), CornerDetector(first.left), {}, track_settings());
+    tracks.replenish(view_of(first), {}, track_settings());
     const auto odometry = step(tracks, first, second);
     CHECK_FALSE(odometry.valid);
-    tracks.replenish(view_of(second), CornerDetector(second.left), {}, track_settings());
+    tracks.replenish(view_of(second), {}, track_settings());
     (void)step(tracks, second, first);
   }
   PointTracks none;

@@ -41,7 +41,7 @@ inline MatchedScene make_scene(std::mt19937_64& random, const Pose& truth, int c
     if (!seen || !camera.in_view(*seen)) continue;
     const StereoPoint measured = *seen + stereo_noise(random, kSceneSigma_px);
     const std::vector<Landmark> landmark{
-        landmark_at(z + stereo_noise(random, kSceneSigma_px), camera, kSceneSigma_px)};
+        landmark_at(z + stereo_noise(random, kSceneSigma_px), kSceneSigma_px)};
     const auto predicted = project_landmarks({landmark, camera}, scene.prior, 1e3);
     if (predicted.empty()) continue;  // out of view at the prior's pose
     scene.matches.push_back({scene.landmarks.size(), measured, measured.head<2>(),

@@ -60,12 +60,11 @@ inline StereoPoints points_at(const std::vector<StereoPoint>& measurements) {
   return points;
 }
 
-/// Euclidean landmark in the reference frame with the covariance of one triangulation.
-inline Landmark landmark_at(const StereoPoint& z, const StereoCamera& camera, double sigma_px) {
+/// Landmark in the reference frame with the covariance of one triangulation.
+inline Landmark landmark_at(const StereoPoint& z, double sigma_px) {
   Landmark landmark;
-  landmark.mean = camera.back_project(z);
-  const Matrix3<double> J = camera.back_projection_jacobian(z);
-  landmark.covariance = J * stereo_pixel_covariance(sigma_px) * J.transpose();
+  landmark.mean = z;
+  landmark.covariance = stereo_pixel_covariance(sigma_px);
   landmark.anchor_px = landmark.last_px = z.head<2>();
   return landmark;
 }

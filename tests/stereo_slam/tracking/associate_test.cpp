@@ -36,7 +36,7 @@ FeatureScene make_scene(std::mt19937_64& random, int count) {
   const StereoCamera& camera = scene.camera;
   for (int i = 0; i < count; ++i) {
     const StereoPoint z = test::random_measurement(random, camera, 6.0, 40.0);
-    Landmark landmark = test::landmark_at(z, camera, 0.3);
+    Landmark landmark = test::landmark_at(z, 0.3);
     landmark.descriptor = random_descriptor(random);
     scene.features.left.push_back(feature_at(z.head<2>(), landmark.descriptor));
     scene.features.right.push_back(feature_at({z.x() - z.z(), z.y()}, landmark.descriptor));
@@ -109,7 +109,7 @@ TEST_CASE("The flow gate keeps static points and drops what moves on its own", "
     return StereoPyramid{FlowPyramid(test::texture_image({200, 120}, shift)), {}};
   };
   const StereoPyramid previous = pyramids_of({0.0, 0.0});
-  const std::vector<Landmark> landmarks = {test::landmark_at({100.0, 60.0, 10.0}, camera, 0.3)};
+  const std::vector<Landmark> landmarks = {test::landmark_at({100.0, 60.0, 10.0}, 0.3)};
   const MapView map{landmarks, camera};
   // The camera moves left by 0.15 m: a static point at 10 m moves right by 3 px.
   Vector6<double> sideways = Vector6<double>::Zero();
