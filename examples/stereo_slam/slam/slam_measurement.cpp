@@ -207,7 +207,8 @@ void Slam::find_landmarks(const FrameImages& images, FrameMeasurement& measured,
   const auto find = [&](bool in_right) {
     StereoView view = right_camera_.view_of(images.frame, measured.right);
     view.right_is_usable = in_right;
-    return search.align_patches(expected, view, measured.odometry.valid, motion);
+    const bool right_fits = measured.right.monitor.judgement() == RightImage::kFits;
+    return search.align_patches(expected, view, right_fits, motion);
   };
   // Depths by motion have another scale than disparities: the pose must not be a compromise.
   const bool predicts = reference_.has_stereo_depths();

@@ -27,10 +27,11 @@ void LandmarkSearch::observe(Association& association) const {
 }
 
 Association LandmarkSearch::align_patches(const PoseGaussian& T_keyframe_camera, const StereoView& view,
-                                          bool motion_known, const ExpectedMotion& expected) const {
+                                          bool right_fits, const ExpectedMotion& expected) const {
   Association association = expect_landmarks(map, T_keyframe_camera, lens, settings.map);
   Pose pose = T_keyframe_camera.pose;
-  if (!motion_known || !is_precise(association.predicted)) {
+  const bool by_prediction = right_fits && expected.known();
+  if (!by_prediction && !is_precise(association.predicted)) {
     observe(association);
     const auto found = pose_by_flow(association.predicted, association.flow, map, lens);
     if (found && !expected.surprised_by(T_keyframe_previous.inverse() * found->T_keyframe_camera)) {

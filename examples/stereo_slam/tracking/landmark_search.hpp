@@ -23,11 +23,12 @@ struct LandmarkSearch {
   const Settings& settings;
 
   /// Aligns the patches of the keyframe's left image, starting where the landmarks are predicted at
-  /// `T_keyframe_camera`. If the motion is not known, or the predicted pose is uncertain by more than 1.5 px,
-  /// the alignment starts where optical flow finds the landmarks, if most of them agree with one pose that
-  /// is no surprise after the `expected` motion: only there.
+  /// `T_keyframe_camera`. If this pose is uncertain by more than 1.5 px, the alignment starts where optical
+  /// flow finds the landmarks, if most of them agree with one pose that is no surprise after the `expected`
+  /// motion: only there. Not, however, if a motion is expected and the right image fits without a doubt: that
+  /// the odometry found no motion means traffic then, and the flow is that of a vehicle.
   [[nodiscard]] Association align_patches(const PoseGaussian& T_keyframe_camera, const StereoView& view,
-                                          bool motion_known, const ExpectedMotion& expected) const;
+                                          bool right_fits, const ExpectedMotion& expected) const;
 
   /// Matches the landmarks whose flow is that of a static point with the features of both images (sec. IV-C).
   [[nodiscard]] Association match_features(const PoseGaussian& T_keyframe_camera,

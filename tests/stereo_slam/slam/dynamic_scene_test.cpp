@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <cstdint>
+
 #include "stereo_slam/support/dynamic_scenes.hpp"
 #include "support/catch.hpp"
 
@@ -36,6 +38,19 @@ TEST_CASE("With 40 % of the features on moving vehicles the SLAM tracks the stre
   CHECK(outcome.refused.moving > outcome.followed.moving / 2);
   CHECK(outcome.refused.standing() < outcome.followed.standing() / 5);  // covered by vehicles, mostly
   CHECK(outcome.matches.value() < 0.1);
+}
+
+TEST_CASE("A jam in which the odometry finds no motion for a while costs no frame",
+          "[stereo_slam][slam][dynamic]") {
+  constexpr std::uint64_t kSeed = 48;  // lorries that turn with the camera hide nearly all of the street
+  const test::DynamicDrive jam(60, 40, 0.5, kSeed);
+  const auto outcome = test::run_among_vehicles(jam, Settings{});
+  for (std::size_t i = 1; i < outcome.results.size(); ++i) {
+    CAPTURE(i);
+    CHECK(outcome.results[i].status == TrackingStatus::kOk);
+  }
+  CAPTURE(outcome.ate_m, length_m(jam.truth()));
+  CHECK(outcome.ate_m < 0.001 * length_m(jam.truth()));
 }
 
 }  // namespace

@@ -21,11 +21,13 @@
 /// Drives among moving vehicles whose pixels are known, and how much of what the SLAM uses lies on them.
 namespace stereo_slam::test {
 
-/// Rendered street of `frames` frames with `vehicles`, in images of `scale` times KITTI's size.
+/// Rendered street of `frames` frames with `vehicles`, drawn with `seed`, in images of `scale` times KITTI's
+/// size.
 class DynamicDrive {
  public:
-  DynamicDrive(int frames, int vehicles, double scale) {
+  DynamicDrive(int frames, int vehicles, double scale, std::uint64_t seed = 1) {
     simulator::SimulationSettings settings;
+    settings.seed = seed;
     settings.frames = frames;
     settings.dynamic_objects = vehicles;
     settings.moving_masks = true;
