@@ -220,6 +220,7 @@ std::vector<MovedPoint> moved_points(const StereoFrame& first, const StereoFrame
   run_both([&] { stereo = match_corners(corners[0], corners[1]); },
            [&] { moved = match_corners(corners[0], corners[2]); });
   std::vector<Vector2<double>> rows;  // over the column, but for a displacement and a roll of the right image
+  rows.reserve(stereo.size());
   for (const auto& [left_px, right_px] : stereo)
     rows.emplace_back(static_cast<double>(right_px.x), static_cast<double>(left_px.y - right_px.y));
   const RobustLine usual = fit_line(rows, {}, kMostRows_px * corners[0].unit_px);
