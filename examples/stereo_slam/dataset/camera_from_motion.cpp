@@ -210,7 +210,7 @@ std::optional<CameraFromMotion> best_camera(const StereoCamera& camera,
 }  // namespace
 
 std::vector<MovedPoint> moved_points(const StereoFrame& first, const StereoFrame& second) {
-  constexpr float kMostRows_px = 2.0F;
+  constexpr double kMostRows_px = 2.0;
   constexpr float kLeastDisparity_px = 2.0F;
   const std::array<cv::Mat, 3> images = {first.left, first.right, second.left};
   std::array<ImageCorners, 3> corners;
@@ -223,12 +223,13 @@ std::vector<MovedPoint> moved_points(const StereoFrame& first, const StereoFrame
   rows.reserve(stereo.size());
   for (const auto& [left_px, right_px] : stereo)
     rows.emplace_back(static_cast<double>(right_px.x), static_cast<double>(left_px.y - right_px.y));
-  const RobustLine usual = fit_line(rows, {}, kMostRows_px * corners[0].unit_px);
+  const double most_px = kMostRows_px * static_cast<double>(corners[0].unit_px);
+  const RobustLine usual = fit_line(rows, {}, most_px);
   std::map<std::pair<float, float>, cv::Point2f> offsets_px;  // left minus right
   for (const auto& [left_px, right_px] : stereo) {
     const cv::Point2f offset = left_px - right_px;
     const double beside_px = static_cast<double>(offset.y) - usual.at(static_cast<double>(right_px.x));
-    if (std::abs(beside_px) < kMostRows_px * corners[0].unit_px && offset.x > kLeastDisparity_px)
+    if (std::abs(beside_px) < most_px && offset.x > kLeastDisparity_px)
       offsets_px[{left_px.x, left_px.y}] = offset;
   }
   std::vector<MovedPoint> points;
