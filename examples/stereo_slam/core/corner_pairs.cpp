@@ -45,6 +45,14 @@ ImageCorners reduced(const cv::Mat& image, double most_pixels) {
 
 }  // namespace
 
+RobustLine line_of_rows(std::span<const CornerPair> pairs, double least_scale_px) {
+  std::vector<Vector2<double>> rows;
+  rows.reserve(pairs.size());
+  for (const auto& [left_px, right_px] : pairs)
+    rows.emplace_back(static_cast<double>(right_px.x), static_cast<double>(left_px.y - right_px.y));
+  return fit_line(rows, {}, least_scale_px);
+}
+
 ImageCorners find_corners(const cv::Mat& image, double most_pixels) {
   constexpr int kFeatures = 1000;
   constexpr int kLevels = 2;  // coarser levels locate a corner no better than two pixels

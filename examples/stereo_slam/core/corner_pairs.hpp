@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include <opencv2/core.hpp>
 
 #include "stereo_slam/core/descriptor.hpp"
+#include "stereo_slam/core/robust_line.hpp"
 
 namespace stereo_slam {
 
@@ -13,6 +15,10 @@ namespace stereo_slam {
 struct CornerPair {
   cv::Point2f left_px, right_px;
 };
+
+/// The line through the rows of corner pairs, left minus right, over the column in the right image: what a
+/// displacement and a roll of the right image do to them; see fit_line().
+[[nodiscard]] RobustLine line_of_rows(std::span<const CornerPair> pairs, double least_scale_px);
 
 /// How large an image may be in which corners are looked for as it is. Larger ones are seldom sharp in single
 /// pixels, and searching them takes a second.

@@ -19,7 +19,6 @@
 #include "stereo_slam/core/corner_pairs.hpp"
 #include "stereo_slam/core/median.hpp"
 #include "stereo_slam/core/parallel.hpp"
-#include "stereo_slam/core/robust_line.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -219,12 +218,8 @@ std::vector<MovedPoint> moved_points(const StereoFrame& first, const StereoFrame
   std::vector<CornerPair> moved;
   run_both([&] { stereo = match_corners(corners[0], corners[1]); },
            [&] { moved = match_corners(corners[0], corners[2]); });
-  std::vector<Vector2<double>> rows;  // over the column, but for a displacement and a roll of the right image
-  rows.reserve(stereo.size());
-  for (const auto& [left_px, right_px] : stereo)
-    rows.emplace_back(static_cast<double>(right_px.x), static_cast<double>(left_px.y - right_px.y));
   const double most_px = kMostRows_px * static_cast<double>(corners[0].unit_px);
-  const RobustLine usual = fit_line(rows, {}, most_px);
+  const RobustLine usual = line_of_rows(stereo, most_px);
   std::map<std::pair<float, float>, cv::Point2f> offsets_px;  // left minus right
   for (const auto& [left_px, right_px] : stereo) {
     const cv::Point2f offset = left_px - right_px;

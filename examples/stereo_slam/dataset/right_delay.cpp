@@ -195,13 +195,13 @@ bool RightDelay::is_likely() const {
 }
 
 bool RightDelay::is_part_of_a_frame() const {
-  constexpr double kMost = 0.75;  // frames
+  constexpr double kMost = 0.75;  // frames, half way
   return std::abs(frames) < kMost;
 }
 
 bool RightDelay::is_possible() const {
-  constexpr double kLeast = 0.02;  // frames
-  constexpr double kSigmas = 5.0;
+  constexpr double kLeast = 0.02;  // frames: pairs further apart show down to half of a delay of .05
+  constexpr double kSigmas = 5.0;  // half of those that decide
   return std::abs(frames) > std::max(kLeast, kSigmas * sigma) && rows_px > kLeastLikelyRows_px;
 }
 
@@ -225,11 +225,12 @@ std::optional<RightDelay> right_delay(const StereoCamera& camera,
 
 bool all_pairs_share(const RightDelay& delay, const StereoCamera& camera,
                      const std::vector<std::vector<MovedPoint>>& pairs, std::size_t gap) {
+  constexpr double kLike = 0.5;  // of the delay: an image of another frame is late by ten times as much
   constexpr double kSigmas = 5.0;
   return std::ranges::all_of(pairs, [&](const std::vector<MovedPoint>& pair) {
     const auto alone = right_delay(camera, {pair}, gap);
     return !alone ||
-           std::abs(alone->frames - delay.frames) < 0.5 * std::abs(delay.frames) + kSigmas * alone->sigma;
+           std::abs(alone->frames - delay.frames) < kLike * std::abs(delay.frames) + kSigmas * alone->sigma;
   });
 }
 

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "stereo_slam/core/corner_pairs.hpp"
-#include "stereo_slam/core/robust_line.hpp"
 #include "stereo_slam/dataset/stereo_agreement.hpp"
 #include "stereo_slam/io/counted.hpp"
 
@@ -28,12 +27,9 @@ std::optional<double> rest_of_rows_px(const StereoSequence& sequence, std::size_
       pair.left = sequence.rectifier->left(pair.left);
       pair.right = sequence.rectifier->right(pair.right);
     }
-    std::vector<Vector2<double>> rows;  // over the column
-    for (const auto& [left_px, right_px] : match_corners(pair.left, pair.right))
-      rows.emplace_back(static_cast<double>(right_px.x) - sequence.camera.cx,
-                        static_cast<double>(left_px.y - right_px.y));
-    if (rows.size() >= StereoAgreement::kEnoughMatches)
-      rest_px = fit_line(rows, {}, kLeastScale_px).median_residual;
+    const auto pairs = match_corners(pair.left, pair.right);
+    if (pairs.size() >= StereoAgreement::kEnoughMatches)
+      rest_px = line_of_rows(pairs, kLeastScale_px).median_residual;
   });
   return rest_px;
 }

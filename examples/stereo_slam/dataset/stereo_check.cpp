@@ -138,9 +138,9 @@ std::vector<Problem> wrong_focal_length(const StereoSequence& sequence,
   if (!moved->is_one_camera()) {
     return {Problem::warning(
         sequence.folder,
-        "points move between frames as with no camera: their motions fit focal lengths that differ by {:.0f} "
-        "% "
-        "or more from frame to frame; a moving picture, the vehicle itself or traffic fills a part of the "
+        "points move between frames as with no camera: their motions fit focal lengths that differ by "
+        "{:.0f} % or more from frame to frame; a moving picture, the vehicle itself or traffic fills a part "
+        "of the "
         "images, or images are repeated, and poses may be relative to it, with the status OK",
         100.0 * (std::exp(std::min(moved->spread, 1.0)) - 1.0))};
   }
@@ -278,6 +278,19 @@ std::vector<Problem> observed(const StereoAgreement& agreement, const StereoSequ
   return problems;
 }
 
+RecordingFindings findings_if_late(const StereoSequence& sequence, const RightDelay& delay) {
+  return {{late_right_images(sequence, delay)}, delay_of_right_images(sequence, delay)};
+}
+
+/// What is found if all sampled pairs clearly show one delay, by a part of the time between two frames.
+std::optional<RecordingFindings> late_by_part_of_a_frame(const StereoSequence& sequence) {
+  const auto motions = sampled_motions(sequence, kGap);
+  const auto delay = right_delay(sequence.camera, motions, kGap);
+  if (!delay || !delay->is_clear() || !delay->is_part_of_a_frame()) return std::nullopt;
+  if (!all_pairs_share(*delay, sequence.camera, motions, kGap)) return std::nullopt;
+  return findings_if_late(sequence, *delay);
+}
+
 /// What the agreement of both cameras shows, and the motion.
 RecordingFindings findings_of_pairs(const StereoAgreement& agreement, const StereoSequence& sequence,
                                     const std::vector<StereoFrame>& frames) {
@@ -303,11 +316,7 @@ RecordingFindings findings_of_pairs(const StereoAgreement& agreement, const Ster
   if (suspicion && !frames.empty()) {
     if (const auto cause = cause_of_disagreement(sequence, *suspicion)) {
       if (cause->may_be_part_of_a_frame) {
-        const auto motions = sampled_motions(sequence, kGap);
-        const auto delay = right_delay(sequence.camera, motions, kGap);
-        const bool clear = delay && delay->is_clear() && delay->is_part_of_a_frame();
-        if (clear && all_pairs_share(*delay, sequence.camera, motions, kGap))
-          return {{late_right_images(sequence, *delay)}, delay_of_right_images(sequence, *delay)};
+        if (auto late = late_by_part_of_a_frame(sequence)) return *std::move(late);
       }
       return {{cause->problem}};
     }
@@ -321,8 +330,7 @@ RecordingFindings findings_of_pairs(const StereoAgreement& agreement, const Ster
   if (delay && delay->is_likely()) {
     if (auto repeated = repeated_images(sequence)) return {{std::move(*repeated)}};
   }
-  if (delay && delay->is_clear())
-    return {{late_right_images(sequence, *delay)}, delay_of_right_images(sequence, *delay)};
+  if (delay && delay->is_clear()) return findings_if_late(sequence, *delay);
   const bool nothing_observed = problems.empty();
   if (problems.empty()) problems = padded_images(sequence, frames);
   if (problems.empty()) problems = unsharp_images(agreement, sequence, frames.front());
