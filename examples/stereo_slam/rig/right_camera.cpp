@@ -206,12 +206,14 @@ bool RightCamera::refuse_learned() {
   return true;
 }
 
+void RightCamera::begin_late(const StereoFrame& frame) {
+  if (!is_late()) return;
+  if (const auto motion = motion_by_rows(frame)) image_.late = motion;
+}
+
 bool RightCamera::relearn_rows(const StereoFrame& frame) {
-  if (is_late()) {
-    if (const auto motion = motion_by_rows(frame)) image_.late = motion;
-    return false;
-  }
-  return settings_.enabled && rectification_.relearn_rows(match_corners(frame.left, frame.right));
+  return settings_.enabled && !is_late() &&
+         rectification_.relearn_rows(match_corners(frame.left, frame.right));
 }
 
 bool RightCamera::end_frame(const StereoFrame& frame, bool unmeasured) {

@@ -120,6 +120,10 @@ class RightCamera {
 
   // What was seen. What was measured in the last frame follows the Remeasurement.
 
+  /// Takes how the rig moves until the right image of the frame that begins the map is exposed, as its rows
+  /// show it. Does nothing unless right images are late.
+  void begin_late(const StereoFrame& frame);
+
   /// Tests the disparities by the error that a motion shows, if it shows one, and takes the error if it is
   /// clear: it was there from the start. Nothing if it is not.
   std::optional<Remeasurement> test_disparities(const std::optional<SharedDisparityError>& shown);
@@ -157,7 +161,7 @@ class RightCamera {
   /// do.
   bool refuse_learned();
   /// Learns the row offsets anew from a pair in which hardly any stereo match is found, or none was searched
-  /// yet. Returns whether the rows had been displaced.
+  /// yet. Returns whether the rows had been displaced. Those of a late rig are displaced by its motion.
   bool relearn_rows(const StereoFrame& frame);
   /// Ends a frame, which was lost or whose right image did not fit if `unmeasured`. The cameras may have been
   /// moved: in the second such frame in a row, and then in every tenth, the row offsets are learned anew.

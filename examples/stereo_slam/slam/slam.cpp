@@ -317,6 +317,7 @@ void Slam::pass_over(const StereoFrame& frame, FrameResult& result) {
 /// Begins the map, if the image shows enough for one.
 void Slam::initialise(const FrameImages& images, FrameResult& result) {
   (void)right_camera_.relearn_rows(images.frame);
+  right_camera_.begin_late(images.frame);
   path_.trajectory().begin(images.frame.index);
   local_map_.restart(0);
   tracks_ = {};

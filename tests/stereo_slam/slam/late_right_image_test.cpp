@@ -65,6 +65,45 @@ TEST_CASE(
   CHECK(5.0 * error < error_unaware);
 }
 
+TEST_CASE("A map begins with late right images, however the rig pitches until their exposure",
+          "[stereo_slam][slam][rectification]") {
+  simulator::SimulationSettings settings;
+  settings.frames = 12;
+  settings.seed = 13;
+  settings.camera = scaled(settings.camera, 0.5);
+  settings.disturbance.sync_error_s = 0.05;
+  settings.ride.bounce_m = 0.008;
+  const test::RenderedDrive drive(settings);
+  Slam slam(drive.sequence.camera, Settings{});
+  slam.begin_with_delay({.seconds = 0.05, .sigma_s = 0.005});
+  for (std::size_t i = 0; i < drive.sequence.frames.size(); ++i) {
+    const FrameResult result = slam.process(load_frame(drive.sequence, i));
+    CAPTURE(i, to_string(result.status));
+    CHECK(result.status != TrackingStatus::kLost);
+    CHECK((i == 0 || i > 5 || result.status == TrackingStatus::kOk));  // the map begins with enough points
+  }
+}
+
+TEST_CASE("A late frame without a right image, or with one that shows nothing, ends nothing",
+          "[stereo_slam][slam][rectification]") {
+  const test::RenderedDrive& drive = late_drive(0.05, 75);
+  for (const bool black : {false, true}) {
+    Slam slam(drive.sequence.camera, Settings{});
+    slam.begin_with_delay({.seconds = 0.05, .sigma_s = 0.005});
+    for (std::size_t i = 0; i < 10; ++i) {
+      StereoFrame frame = load_frame(drive.sequence, i);
+      if (i == 0 || i == 5) {
+        frame.right = black ? cv::Mat(cv::Mat::zeros(frame.left.size(), CV_8UC1)) : cv::Mat();
+        if (!black) frame.right_fault = "missing";
+      }
+      if (i == 6) frame.left = cv::Mat::zeros(frame.left.size(), CV_8UC1);
+      const FrameResult result = slam.process(frame);
+      CHECK(result.T_world_camera.pose.translation().allFinite());
+    }
+    CHECK(slam.trajectory().size() == 10);
+  }
+}
+
 TEST_CASE("A delay that begins a tenth wrong converges, also where the yaw rate jumps",
           "[stereo_slam][slam][rectification]") {
   constexpr double kLate_s = 0.05;
