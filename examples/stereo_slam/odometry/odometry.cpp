@@ -179,7 +179,7 @@ OdometryResult odometry_from_circle(const ConsecutivePyramids& pyramids, const O
   std::mt19937_64 random(settings.seed + view.frame.index);
   const auto motion =
       estimate_motion(matches, view.camera, expected, settings.odometry, random, static_matches);
-  OdometryResult result{motion.valid, motion.T_previous_current, {}, motion.surprising, {}};
+  OdometryResult result{motion.valid, motion.T_previous_current, {}, motion.surprising, {}, 0};
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (motion.is_inlier[i]) result.inliers.push_back(matches[i]);
   }
@@ -190,6 +190,7 @@ OdometryResult odometry_from_tracks(PointTracks& tracks, const ConsecutivePyrami
                                     const StereoView& view, const ExpectedMotion& expected,
                                     const Settings& settings) {
   const bool first = !expected.known();
+  const std::size_t points = tracks.points().size();
   PointTracks before_this_frame = first ? tracks : PointTracks();
   MotionOfTracks measured = motion_of(std::move(tracks), pyramids, view, expected, settings);
   if (first && measured.motion.valid) {
@@ -198,8 +199,12 @@ OdometryResult odometry_from_tracks(PointTracks& tracks, const ConsecutivePyrami
   }
   tracks = std::move(measured.tracks);
   tracks.keep(measured.motion.is_inlier);
-  return {measured.motion.valid, with_shared_error(measured.motion.T_previous_current, view.camera),
-          correspondences(tracks.points()), measured.motion.surprising, measured.right_image};
+  return {measured.motion.valid,
+          with_shared_error(measured.motion.T_previous_current, view.camera),
+          correspondences(tracks.points()),
+          measured.motion.surprising,
+          measured.right_image,
+          points};
 }
 
 }  // namespace stereo_slam

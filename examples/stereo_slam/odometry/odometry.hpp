@@ -22,6 +22,10 @@ struct OdometryResult {
   std::vector<StereoCorrespondence> inliers;  ///< the points that give the motion
   bool surprising = false;                    ///< the motion is far from the expected one
   RightImageFit right_image;  ///< of the points followed; without points if by circular matching
+  std::size_t points = 0;     ///< of the previous frame that were to be followed; 0 if by circular matching
+
+  /// Whether fewer than half of the points of the previous frame show this motion, or there is none.
+  [[nodiscard]] bool of_minority() const { return !valid || 2 * inliers.size() < points; }
 };
 
 /// Points of the previous frame, as measured there, that circular matching starts from.

@@ -37,7 +37,7 @@ struct FrameEvidence {
   if (evidence.begins_map) return TrackingStatus::kInitializing;
   if (found_again(evidence.basis, evidence.after_loss)) return TrackingStatus::kRelocalised;
   const bool doubtful = weak.odometry_alone || weak.imu_alone || weak.imu_contradicted ||
-                        weak.few_landmarks || weak.repetitive_scene;
+                        weak.few_landmarks || weak.sudden_motion || weak.repetitive_scene;
   return doubtful ? TrackingStatus::kWeak : TrackingStatus::kOk;
 }
 

@@ -41,10 +41,13 @@ std::optional<RigVelocity> MotionModel::velocity_by(const Pose& T_last_current, 
 
 void MotionModel::learn(const TrackedPose& tracked, const PoseGaussian& T_keyframe_camera,
                         const Pose& T_keyframe_previous, bool after_loss, std::int64_t stamp_ns) {
+  const Pose T_previous_current = T_keyframe_previous.inverse() * tracked.update.posterior.pose;
+  const bool surprises = !after_loss && expected_until(stamp_ns).surprised_by(T_previous_current);
+  in_doubt_ = tracked.odometry.of_minority() && (in_doubt_ || surprises);
   if (!tracked.measured()) {
     velocity_.unmeasured(stamp_ns);
   } else if (tracked.basis() == PoseBasis::kLandmarks && !after_loss) {
-    velocity_.measured(stamp_ns, T_keyframe_previous.inverse() * tracked.update.posterior.pose);
+    velocity_.measured(stamp_ns, T_previous_current);
   } else if (tracked.odometry.valid) {
     velocity_.measured(stamp_ns, tracked.odometry.T_previous_current.pose);
   } else {

@@ -217,6 +217,7 @@ void Slam::integrate(const TrackedPose& tracked, const FrameImages& images, Fram
   const bool both_images = result.right_image_fits && uses_right_image();
   if (tracked.basis() == PoseBasis::kLandmarks && both_images) noise_.add(tracked.update.variance_ratio);
   result.weak.imu_contradicted = motion_.inertial().given_up();
+  result.weak.sudden_motion = motion_.in_doubt();
   PoseGaussian pose = reported(tracked);
   if (fits_landmarks(tracked) && reference_.has_stereo_depths()) {
     const SeenMotion motion = seen_motion(tracked.matches, local_map_.view(), pose.pose);

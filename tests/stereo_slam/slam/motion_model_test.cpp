@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/slam/motion_model.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "support/catch.hpp"
+
+namespace stereo_slam {
+namespace {
+
+constexpr std::int64_t kStep_ns = 100'000'000;
+constexpr int kUntilSure = 20;  // frames with one velocity, after which another one is a surprise
+
+Pose ahead(double z_m) { return Pose::exp((Vector6<double>() << 0, 0, 0, 0, 0, z_m).finished()); }
+
+/// A camera that moves ahead; each frame has a hundred points, some of which show the motion.
+class Drive {
+ public:
+  /// The next frame, `step_m` after the last one.
+  void move(double step_m, std::size_t agreeing, bool after_loss = false) {
+    TrackedPose tracked;
+    const Pose next = pose_ * ahead(step_m);
+    tracked.odometry = {.valid = agreeing > 0,
+                        .T_previous_current = {ahead(step_m), Matrix6<double>::Identity()},
+                        .inliers = std::vector<StereoCorrespondence>(agreeing),
+                        .right_image = {},
+                        .points = 100};
+    tracked.update.posterior = {next, Matrix6<double>::Identity()};
+    tracked.update.converged = true;
+    motion_.learn(tracked, tracked.update.posterior, pose_, after_loss, ++frame_ * kStep_ns);
+    pose_ = next;
+  }
+
+  [[nodiscard]] bool in_doubt() const { return motion_.in_doubt(); }
+
+ private:
+  MotionModel motion_;
+  Pose pose_ = Pose::identity();
+  int frame_ = 0;
+};
+
+TEST_CASE("A sudden motion that fewer than half of the points show is in doubt until half of them do",
+          "[stereo_slam][slam]") {
+  Drive drive;
+  drive.move(1.0, 30);  // nothing is expected of the first one
+  CHECK_FALSE(drive.in_doubt());
+  for (int i = 0; i < kUntilSure; ++i) drive.move(1.0, 30);  // traffic, but the motion goes on as it was
+  CHECK_FALSE(drive.in_doubt());
+  drive.move(0.5, 49);
+  CHECK(drive.in_doubt());
+  for (int i = 0; i < 40; ++i) {
+    drive.move(0.5, 49);
+    CHECK(drive.in_doubt());
+  }
+  drive.move(0.5, 50);
+  CHECK_FALSE(drive.in_doubt());
+  drive.move(0.5, 30);
+  CHECK_FALSE(drive.in_doubt());
+}
+
+TEST_CASE("A sudden motion of most points is that of the camera", "[stereo_slam][slam]") {
+  Drive drive;
+  for (int i = 0; i < kUntilSure; ++i) drive.move(1.0, 90);
+  drive.move(0.5, 50);
+  CHECK_FALSE(drive.in_doubt());
+}
+
+TEST_CASE("A sudden motion of landmarks that no point of the odometry shows is in doubt",
+          "[stereo_slam][slam]") {
+  Drive drive;
+  for (int i = 0; i < kUntilSure; ++i) drive.move(1.0, 90);
+  drive.move(1.02, 0);  // as expected
+  CHECK_FALSE(drive.in_doubt());
+  drive.move(0.5, 0);
+  CHECK(drive.in_doubt());
+}
+
+TEST_CASE("After a loss no motion is sudden", "[stereo_slam][slam]") {
+  Drive drive;
+  for (int i = 0; i < kUntilSure; ++i) drive.move(1.0, 90);
+  drive.move(0.5, 30, /*after_loss=*/true);
+  CHECK_FALSE(drive.in_doubt());
+}
+
+}  // namespace
+}  // namespace stereo_slam
