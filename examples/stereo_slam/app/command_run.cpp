@@ -19,6 +19,7 @@
 #include "stereo_slam/dataset/stereo_check.hpp"
 #include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/output_file.hpp"
+#include "stereo_slam/results/camera_warnings.hpp"
 #include "stereo_slam/results/inertial_warnings.hpp"
 #include "stereo_slam/settings/presets.hpp"
 #include "stereo_slam/settings/settings_io.hpp"
@@ -287,43 +288,6 @@ void print_summary(const RunSummary& summary, const RunOptions& options) {
   return inputs;
 }
 
-/// What the run noticed of the right camera.
-void warn_of_right_camera(const RunSummary& summary, bool quiet) {
-  if (summary.rig.refused_learned) {
-    warn(
-        "the images contradict what --learned says of the cameras, and it was dropped: give the cameras.yaml "
-        "of a run with the same cameras and the same calibration, or leave --learned out",
-        quiet);
-  }
-  if (const auto& misfits = summary.right_image_misfits; !misfits.empty() && summary.error.empty()) {
-    warn(fmt::format("in {} of {} frames, from {} to {}, the right image does not fit the left one: it is of "
-                     "another moment, or the camera was covered or moved; these frames are WEAK or LOST",
-                     misfits.size(), summary.frames, misfits.front(), misfits.back()),
-         quiet);
-  }
-  constexpr double kSigmas = 5.0;
-  if (const auto& delay = summary.rig.right_delay;
-      delay && std::abs(delay->seconds) > kSigmas * delay->sigma_s) {
-    warn(fmt::format("the right images were exposed {:.1f} ms {} than the left ones, as was learned while "
-                     "driving and taken into account; poses are better if both cameras are triggered at once",
-                     1e3 * std::abs(delay->seconds), delay->seconds > 0.0 ? "later" : "earlier"),
-         quiet);
-  }
-  constexpr double kNoticeable_px = 0.1;
-  if (const auto& turns = summary.right_camera_turns; !turns.empty()) {
-    const std::string others = turns.size() > 1 ? ", and " + counted(turns.size() - 1, "more time") : "";
-    warn(fmt::format("the right camera turned shortly before frame {}{}; poses may be wrong until that "
-                     "frame, and rest on what was learned while driving from then on",
-                     turns.front(), others),
-         quiet);
-  } else if (const double px = summary.rig.right_image_displacement_px; std::abs(px) >= kNoticeable_px) {
-    warn(fmt::format("the right image is {:.1f} px farther {} than the calibration says, as was learned "
-                     "while driving; check cx of both cameras, and where the images were cut",
-                     std::abs(px), px > 0.0 ? "right" : "left"),
-         quiet);
-  }
-}
-
 int run_command(const RunArguments& arguments) {
   const bool quiet = arguments.run.quiet;
   Settings settings = settings_of(arguments);
@@ -358,7 +322,7 @@ int run_command(const RunArguments& arguments) {
                      summary.lost, summary.frames),
          quiet);
   }
-  warn_of_right_camera(summary, quiet);
+  for (const auto& text : camera_warnings(summary)) warn(text, quiet);
   if (summary.inertial) {
     for (const auto& text : inertial_warnings(*summary.inertial, sequence.imu->sensor.known_delay_ns))
       warn(text, quiet);

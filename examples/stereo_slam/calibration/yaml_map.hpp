@@ -19,6 +19,7 @@
 #include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
+#include "stereo_slam/settings/yaml_file.hpp"
 
 namespace stereo_slam {
 
@@ -140,8 +141,9 @@ class YamlMap {
   void refuse_unknown_keys(const std::set<std::string>& known) const {
     for (const auto& entry : node_) {
       if (entry.first.IsScalar() && known.contains(entry.first.Scalar())) continue;
-      fail(entry.first, "{} has an unknown key {}; known are {}", name_,
-           entry.first.IsScalar() ? entry.first.Scalar() : "[...]", fmt::join(known, ", "));
+      const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "[...]";
+      fail(entry.first, "{} has an unknown key {}{}; known are {}", name_, key, decimals_advice(key),
+           fmt::join(known, ", "));
     }
   }
 

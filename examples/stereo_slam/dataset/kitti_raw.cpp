@@ -22,6 +22,7 @@
 #include "stereo_slam/io/counted.hpp"
 #include "stereo_slam/io/file_error.hpp"
 #include "stereo_slam/io/text_file.hpp"
+#include "stereo_slam/io/trajectory_io.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -57,13 +58,15 @@ class KittiValues {
   /// The rotation and the translation of two keys.
   [[nodiscard]] Eigen::Isometry3d transform(const std::string& rotation,
                                             const std::string& translation) const {
-    constexpr double kMostSkew = 1e-3;  // the files have seven digits
     const RowMajor3 R = Eigen::Map<const RowMajor3>(get(rotation, 9).data());
-    if (!R.isUnitary(kMostSkew) || R.determinant() < 0.0) fail(file_, "{} is no rotation", rotation);
-    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-    T.linear() = Eigen::Quaterniond(Eigen::Matrix3d(R)).normalized().toRotationMatrix();
-    T.translation() = Eigen::Map<const Eigen::Vector3d>(get(translation, 3).data());
-    return T;
+    return pose_of(R, Eigen::Map<const Eigen::Vector3d>(get(translation, 3).data()), rotation);
+  }
+
+  /// The pose whose first three rows stand behind a key.
+  [[nodiscard]] Eigen::Isometry3d pose(const std::string& key) const {
+    const Eigen::Matrix<double, 3, 4> rows =
+        Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(get(key, 12).data());
+    return pose_of(rows.leftCols<3>(), rows.col(3), key);
   }
 
   [[nodiscard]] KittiProjection projection(const std::string& camera) const {
@@ -73,23 +76,37 @@ class KittiValues {
   }
 
  private:
+  [[nodiscard]] Eigen::Isometry3d pose_of(const Eigen::Matrix3d& R, const Eigen::Vector3d& t,
+                                          const std::string& key) const {
+    constexpr double kMostSkew = 1e-3;  // the files have seven digits
+    if (!R.isUnitary(kMostSkew) || R.determinant() < 0.0) fail(file_, "{} is no rotation", key);
+    return Eigen::Translation3d(t) * Eigen::Quaterniond(R).normalized();
+  }
+
   fs::path file_;
   std::map<std::string, std::vector<double>> values_;
 };
+
+/// The folder of the images in that of a camera of KITTI-360.
+constexpr const char* kRectified = "data_rect";
 
 /// A drive: its folder, and the numbers of its two cameras.
 struct KittiDrive {
   fs::path folder;
   std::string left = "00";
   std::string right = "01";
+  std::string images = "data";  ///< the folder in that of a camera
 
+  [[nodiscard]] bool is_kitti_360() const { return images == kRectified; }
   [[nodiscard]] fs::path camera(const std::string& number) const { return folder / ("image_" + number); }
+  [[nodiscard]] fs::path images_of(const std::string& number) const { return camera(number) / images; }
 };
 
 bool has_cameras(const fs::path& folder) {
   std::error_code unreadable;  // other readers say so
   return fs::is_directory(folder / "image_00/data", unreadable) ||
-         fs::is_directory(folder / "image_02/data", unreadable);
+         fs::is_directory(folder / "image_02/data", unreadable) ||
+         fs::is_directory(folder / "image_00" / kRectified, unreadable);
 }
 
 /// The drive in a folder: itself, or the only one in the folder of a day.
@@ -109,16 +126,20 @@ KittiDrive drive_in(const fs::path& folder) {
     drive.folder = drives.front();
   }
   const auto has = [&](const char* camera) { return fs::is_directory(drive.camera(camera) / "data"); };
-  if (has("02") && has("03") && !(has("00") && has("01"))) {
+  if (!has("00") && fs::is_directory(drive.camera("00") / kRectified)) {
+    drive.images = kRectified;
+  } else if (has("02") && has("03") && !(has("00") && has("01"))) {
     drive.left = "02";
     drive.right = "03";
   }
   return drive;
 }
 
-/// A calibration file in the drive or beside it; nothing if there is none.
+/// A calibration file in the drive or beside it, of KITTI-360 also in `calibration` of the data set; nothing
+/// if there is none.
 std::optional<fs::path> calibration_of_drive(const KittiDrive& drive, const std::string& name) {
-  for (const auto& folder : {drive.folder, fs::canonical(drive.folder).parent_path()}) {
+  const fs::path parent = fs::canonical(drive.folder).parent_path();
+  for (const auto& folder : {drive.folder, parent, parent.parent_path() / "calibration"}) {
     if (fs::exists(folder / name)) return folder / name;
   }
   return std::nullopt;
@@ -131,27 +152,27 @@ struct KittiImages {
   std::vector<std::int64_t> stamps_ns;  ///< increase
 };
 
-/// The images of a camera by the numbers of their names.
-std::map<std::size_t, fs::path> numbered_images(const fs::path& camera) {
+/// The images in a folder by the numbers of their names.
+std::map<std::size_t, fs::path> numbered_images(const fs::path& folder) {
   std::map<std::size_t, fs::path> images;
-  if (!fs::is_directory(camera / "data"))
-    fail(camera / "data", "no such folder; it holds 0000000000.png ...");
-  for (const auto& entry : fs::directory_iterator(camera / "data")) {
+  if (!fs::is_directory(folder)) fail(folder, "no such folder; it holds 0000000000.png ...");
+  for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().stem().string();
     std::size_t index = 0;
     const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), index);
     const bool numbered = error == std::errc{} && end == name.data() + name.size();
     if (numbered && entry.path().extension() == ".png") images[index] = entry.path();
   }
-  if (images.empty()) fail(camera / "data", "contains no images 0000000000.png, 0000000001.png ...");
+  if (images.empty()) fail(folder, "contains no images 0000000000.png, 0000000001.png ...");
   return images;
 }
 
-KittiImages read_images(const fs::path& camera, SequenceScan& scan) {
+KittiImages read_images(const KittiDrive& drive, const std::string& number, SequenceScan& scan) {
+  const fs::path camera = drive.camera(number);
   const auto stamps_ns = read_kitti_stamps(camera / "timestamps.txt");
   KittiImages images;
   std::size_t without_stamp = 0;
-  for (const auto& [index, file] : numbered_images(camera)) {
+  for (const auto& [index, file] : numbered_images(drive.images_of(number))) {
     const auto stamp = stamps_ns.find(index);
     if (stamp == stamps_ns.end()) {
       ++without_stamp;
@@ -194,8 +215,8 @@ void warn_of_unpaired(const KittiImages& left, const KittiImages& right, Sequenc
 
 void pair_images_of_drive(const KittiDrive& drive, const PairingOptions& pairing, SequenceScan& scan) {
   auto& sequence = scan.sequence;
-  const KittiImages left = read_images(drive.camera(drive.left), scan);
-  const KittiImages right = read_images(drive.camera(drive.right), scan);
+  const KittiImages left = read_images(drive, drive.left, scan);
+  const KittiImages right = read_images(drive, drive.right, scan);
   const StampPairs pairs = sequence.rectifier
                                ? paired_by_stamps({sequence.left_name, left.stamps_ns},
                                                   {sequence.right_name, right.stamps_ns}, pairing, scan)
@@ -216,8 +237,33 @@ Lens lens_of(const KittiValues& values, const std::string& camera) {
   return lens;
 }
 
+/// The poses of the IMU by the numbers of the frames that have one; nothing if there is no such file.
+std::optional<fs::path> poses_of_kitti_360(const KittiDrive& drive) {
+  const fs::path folder = fs::canonical(drive.folder);
+  const fs::path data_set = folder.parent_path().parent_path();
+  for (const auto& parent : {folder, data_set / "data_poses" / folder.filename()}) {
+    if (fs::exists(parent / "poses.txt")) return parent / "poses.txt";
+  }
+  return std::nullopt;
+}
+
+bool has_truth(const KittiDrive& drive) {
+  return drive.is_kitti_360() ? poses_of_kitti_360(drive).has_value()
+                              : fs::is_directory(drive.folder / "oxts");
+}
+
 /// T_camera0_imu, or why it is not known.
 Eigen::Isometry3d read_T_camera_0_imu(const KittiDrive& drive) {
+  if (drive.is_kitti_360()) {
+    const auto file = calibration_of_drive(drive, "calib_cam_to_pose.txt");
+    if (!file) {
+      fail(
+          *poses_of_kitti_360(drive),
+          "there is no calib_cam_to_pose.txt in the folder 'calibration', so the poses of the camera are not "
+          "known; the ground truth is left out");
+    }
+    return KittiValues(*file).pose("image_00").inverse();
+  }
   Eigen::Isometry3d T_camera_0_imu = Eigen::Isometry3d::Identity();
   for (const auto* name : {"calib_velo_to_cam.txt", "calib_imu_to_velo.txt"}) {
     const auto file = calibration_of_drive(drive, name);
@@ -239,6 +285,7 @@ bool are_rectified(const KittiValues& values, const KittiDrive& drive, const Ima
     return size[0] == header.width_px && size[1] == header.height_px;
   };
   const bool rectified = has_size("S_rect_");
+  if (rectified && drive.is_kitti_360()) return true;
   const bool raw = has_size("S_");
   if (rectified && raw) return drive.folder.filename().string().find("extract") == std::string::npos;
   if (rectified || raw) return rectified;
@@ -251,14 +298,18 @@ bool are_rectified(const KittiValues& values, const KittiDrive& drive, const Ima
 /// Sets the camera, and the body if it is known.
 void set_calibration(const KittiDrive& drive, const std::optional<Eigen::Isometry3d>& T_camera_0_imu,
                      StereoSequence& sequence) {
-  const auto file = calibration_of_drive(drive, "calib_cam_to_cam.txt");
+  const bool kitti_360 = drive.is_kitti_360();
+  const auto file = calibration_of_drive(drive, kitti_360 ? "perspective.txt" : "calib_cam_to_cam.txt");
   if (!file) {
     fail(drive.folder,
-         "there is no calib_cam_to_cam.txt in the drive or beside it; it is in the download 'calib' of the "
-         "day");
+         kitti_360
+             ? "there is no perspective.txt in the drive, beside it or in 'calibration' of the data set, "
+               "beside data_2d_raw; it is in the download of the calibrations"
+             : "there is no calib_cam_to_cam.txt in the drive or beside it; it is in the download 'calib' "
+               "of the day");
   }
   const KittiValues values(*file);
-  const ImageHeader header = check_image(numbered_images(drive.camera(drive.left)).begin()->second);
+  const ImageHeader header = check_image(numbered_images(drive.images_of(drive.left)).begin()->second);
   if (are_rectified(values, drive, header)) {
     const KittiProjection left = values.projection(drive.left);
     sequence.camera = camera_of(left, values.projection(drive.right), *file);
@@ -281,8 +332,25 @@ void set_calibration(const KittiDrive& drive, const std::optional<Eigen::Isometr
   set_rig(sequence, rig, *file);
 }
 
+/// The poses of the frames that have some, at the stamps of the left camera.
+void read_truth_of_kitti_360(const KittiDrive& drive, StereoSequence& sequence) {
+  const fs::path file = *poses_of_kitti_360(drive);
+  const Trajectory truth = read_trajectory(file, TrajectoryFormat::kKitti);
+  const auto stamps_of_frames_ns = read_kitti_stamps(drive.camera(drive.left) / "timestamps.txt");
+  std::vector<std::int64_t> stamps_ns;
+  std::vector<Eigen::Isometry3d> T_world_imu;
+  for (std::size_t i = 0; i < truth.frames.size(); ++i) {
+    const auto stamp = stamps_of_frames_ns.find(static_cast<std::size_t>(truth.frames[i]));
+    if (stamp == stamps_of_frames_ns.end()) continue;
+    stamps_ns.push_back(stamp->second);
+    T_world_imu.push_back(truth.poses[i]);
+  }
+  set_ground_truth(sequence, stamps_ns, T_world_imu, file);
+}
+
 void read_truth_of_drive(const KittiDrive& drive, SequenceScan& scan) {
   auto& sequence = scan.sequence;
+  if (drive.is_kitti_360()) return read_truth_of_kitti_360(drive, sequence);
   const OxtsPoses poses = read_oxts(drive.folder / "oxts");
   set_ground_truth(sequence, poses.stamps_ns, poses.T_world_imu, drive.folder / "oxts");
   if (poses.out_of_order == 0) return;
@@ -315,14 +383,14 @@ SequenceScan scan_kitti_raw(const fs::path& folder, const PairingOptions& pairin
   sequence.left_name = "image_" + drive.left;
   sequence.right_name = "image_" + drive.right;
   std::optional<Eigen::Isometry3d> T_camera_0_imu;
-  const bool has_oxts = fs::is_directory(drive.folder / "oxts");
-  if (has_oxts) attempt(scan.problems, kWarning, [&] { T_camera_0_imu = read_T_camera_0_imu(drive); });
+  const bool truth = has_truth(drive);
+  if (truth) attempt(scan.problems, kWarning, [&] { T_camera_0_imu = read_T_camera_0_imu(drive); });
   attempt(scan.problems, kError, [&] {
     set_calibration(drive, T_camera_0_imu, sequence);
     pair_images_of_drive(drive, pairing, scan);
     (void)check_image(sequence.frames.front().left);
   });
-  if (has_oxts && sequence.T_body_camera && !sequence.frames.empty())
+  if (truth && sequence.T_body_camera && !sequence.frames.empty())
     attempt(scan.problems, kWarning, [&] { read_truth_of_drive(drive, scan); });
   return scan;
 }

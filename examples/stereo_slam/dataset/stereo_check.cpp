@@ -15,6 +15,7 @@
 #include "stereo_slam/dataset/right_delay.hpp"
 #include "stereo_slam/dataset/shifted_pairs.hpp"
 #include "stereo_slam/dataset/uniform_borders.hpp"
+#include "stereo_slam/images/blended_images.hpp"
 #include "stereo_slam/images/grey_image.hpp"
 #include "stereo_slam/settings/settings.hpp"
 #include "stereo_slam/stamps/stamp_units.hpp"
@@ -257,6 +258,30 @@ std::vector<Problem> alternating_rows(const StereoSequence& sequence,
             "(demosaicing)")};
 }
 
+/// Left images that are means of two moments, which frames and the ones after them show if points move.
+std::vector<Problem> blended_images(const StereoSequence& sequence, const std::vector<StereoFrame>& frames) {
+  if (sequence.live) return {};
+  Echo echo;
+  std::vector<Problem> ignored;  // unreadable images are reported elsewhere
+  for (const auto& frame : frames) {
+    const std::size_t next = frame.index + 1;
+    if (next >= sequence.frames.size()) continue;
+    attempt(ignored, Problem::Severity::kWarning, [&] {
+      const auto loaded = std::ranges::find(frames, next, &StereoFrame::index);
+      echo.add(frame.left, match_corners(frame.left, loaded == frames.end() ? load_frame(sequence, next).left
+                                                                            : loaded->left));
+    });
+  }
+  if (!echo.is_of_two_moments()) return {};
+  return {Problem::warning(
+      sequence.folder,
+      "the images of {} show points twice, as far apart as they move between two frames, as if each image "
+      "were a "
+      "blend of two moments, so that lengths may be wrong by some percent; record without averaging frames "
+      "(temporal noise reduction, conversion of the frame rate)",
+      sequence.left_name)};
+}
+
 /// What the images show, without a cause.
 std::vector<Problem> observed(const StereoAgreement& agreement, const StereoSequence& sequence) {
   const std::filesystem::path& folder = sequence.folder;
@@ -346,8 +371,8 @@ RecordingFindings findings_of_pairs(const StereoAgreement& agreement, const Ster
 RecordingFindings findings_of(const StereoAgreement& agreement, const StereoSequence& sequence,
                               const std::vector<StereoFrame>& frames) {
   RecordingFindings findings = findings_of_pairs(agreement, sequence, frames);
-  auto alternating = alternating_rows(sequence, frames);
-  findings.problems.insert(findings.problems.begin(), alternating.begin(), alternating.end());
+  for (const auto& of_images : {blended_images(sequence, frames), alternating_rows(sequence, frames)})
+    findings.problems.insert(findings.problems.begin(), of_images.begin(), of_images.end());
   return findings;
 }
 

@@ -2,12 +2,14 @@
 #include "stereo_slam/images/grey_image.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
 #include <functional>
 #include <numeric>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
@@ -18,6 +20,27 @@ namespace {
 
 constexpr double kClaheClipLimit = 3.0;  // of the contrast gain
 constexpr int kClaheTiles = 8;           // per side of the image
+
+/// A CV_16UC1 image whose values have their two bytes exchanged.
+cv::Mat with_exchanged_bytes(const cv::Mat& image) {
+  std::array<cv::Mat, 2> bytes;
+  cv::split(cv::Mat(image.rows, image.cols, CV_8UC2, image.data, image.step), bytes.data());
+  std::swap(bytes[0], bytes[1]);
+  cv::Mat exchanged;
+  cv::merge(bytes.data(), bytes.size(), exchanged);
+  return cv::Mat(image.rows, image.cols, CV_16UC1, exchanged.data, exchanged.step).clone();
+}
+
+/// The mean difference of values beside each other in units of the mean difference from the mean: 4/3 for
+/// independent values that are evenly distributed, and zero for an image of one value.
+double roughness_of(const cv::Mat& image) {
+  if (image.cols < 2) return 0.0;
+  cv::Mat values, differences;
+  image.convertTo(values, CV_32F);
+  cv::absdiff(values.colRange(1, values.cols), values.colRange(0, values.cols - 1), differences);
+  const double contrast = cv::mean(cv::abs(values - cv::mean(values)[0]))[0];
+  return contrast > 0.0 ? cv::mean(differences)[0] / contrast : 0.0;
+}
 
 }  // namespace
 
@@ -58,6 +81,8 @@ void ValueCounts::add(const cv::Mat& image) {
   ranges_.push_back(one.quantile(1.0 - kTail) - one.quantile(kTail));
   largest_ = std::max(largest_, one.largest_);
   std::ranges::transform(counts_, one.counts_, counts_.begin(), std::plus<>());
+  roughness_ += roughness_of(image);
+  exchanged_roughness_ += roughness_of(with_exchanged_bytes(image));
 }
 
 void ValueCounts::count(const cv::Mat& image) {
@@ -91,6 +116,11 @@ double ValueCounts::range_of_one() const {
   const auto middle = ranges.begin() + static_cast<std::ptrdiff_t>(ranges.size() / 2);
   std::nth_element(ranges.begin(), middle, ranges.end());
   return *middle;
+}
+
+bool ValueCounts::have_exchanged_bytes() const {
+  constexpr double kClearlyLess = 0.5;
+  return exchanged_roughness_ < kClearlyLess * roughness_;
 }
 
 GreyScale ValueCounts::scale() const {

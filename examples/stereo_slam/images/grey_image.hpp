@@ -47,6 +47,11 @@ class ValueCounts {
   /// The middle one of the ranges of the values in single images, without a share of kTail at each end.
   [[nodiscard]] double range_of_one() const;
 
+  /// Whether the two bytes of the values look exchanged: the other way round neighbours differ less than half
+  /// as much, in units of the contrast of their image. Exchanged bytes make noise of any image that uses both
+  /// of them, so images that are right never become smoother.
+  [[nodiscard]] bool have_exchanged_bytes() const;
+
   /// The scale of bits(), if it gives single images enough contrast. Otherwise, as of a thermal camera, the
   /// one that gives the values between quantile(kTail) and quantile(1 - kTail) the middle half of all grey
   /// levels. If these are much more than the values in single images, because the values drift or those of
@@ -62,6 +67,8 @@ class ValueCounts {
   std::vector<std::uint64_t> counts_ = std::vector<std::uint64_t>(65536);  // of 500 rows or more
   double largest_ = 0.0;                                                   // of all rows
   std::vector<double> ranges_;                                             // of the images
+  double roughness_ = 0.0;            // sum over the images of the differences of neighbours per contrast
+  double exchanged_roughness_ = 0.0;  // the same with exchanged bytes
 };
 
 /// How much neighbouring rows and columns differ, in units of those two apart (means of absolute values): 0.5

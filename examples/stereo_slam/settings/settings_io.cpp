@@ -108,10 +108,9 @@ const SettingsField& field_of(const std::string& key) {
   const auto field = std::ranges::find_if(fields, [&](const auto& f) { return f.key == key; });
   if (field == fields.end()) {
     const std::string_view word = last_part(key);
-    const bool number = word.find_first_not_of("0123456789") == std::string_view::npos;
-    throw std::runtime_error(
-        fmt::format("unknown setting {}{}", key,
-                    number ? "; decimals have a point: 0.5, not 0,5" : suggestion(key, known_keys())));
+    const std::string_view advice = decimals_advice(word);
+    throw std::runtime_error(fmt::format(
+        "unknown setting {}{}", key, advice.empty() ? suggestion(key, known_keys()) : std::string(advice)));
   }
   return *field;
 }

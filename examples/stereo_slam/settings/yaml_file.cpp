@@ -125,7 +125,8 @@ void check_keys(const fs::path& file, const YAML::Node& node) {
   for (const auto& entry : node) {
     if (entry.first.IsScalar() || entry.first.IsNull()) check_name(file, entry.first);
     if (entry.first.IsScalar() && !seen.insert(entry.first.Scalar()).second)
-      fail(file, entry.first.Mark(), fmt::format("{} is given twice", entry.first.Scalar()));
+      fail(file, entry.first.Mark(),
+           fmt::format("{0} is given twice{1}", entry.first.Scalar(), decimals_advice(entry.first.Scalar())));
     check_keys(file, entry.second);
   }
 }
@@ -167,6 +168,11 @@ std::vector<YAML::Node> load_yaml_documents(const fs::path& file) {
     const bool tab = begins_with_tab(text, error.mark.line);
     fail(file, error.mark, fmt::format("not valid YAML: {}", tab ? kTab : in_words(error.msg)));
   }
+}
+
+std::string_view decimals_advice(std::string_view key) {
+  const bool digits = key.find_first_not_of("0123456789") == std::string_view::npos;
+  return digits && !key.empty() ? "; decimals have a point: 0.5, not 0,5" : "";
 }
 
 YAML::Node load_yaml_file(const fs::path& file) {

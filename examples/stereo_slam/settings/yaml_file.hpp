@@ -21,4 +21,8 @@ constexpr std::size_t kMostYamlBytes = std::size_t{1} << 20;
 /// The documents of a YAML file, which lines `---` separate; at least one. Throws like load_yaml_file().
 [[nodiscard]] std::vector<YAML::Node> load_yaml_documents(const std::filesystem::path& file);
 
+/// What to say of a key that is a number, since a decimal comma ends a value in {}: {fx: 707,09}. Empty for
+/// other keys.
+[[nodiscard]] std::string_view decimals_advice(std::string_view key);
+
 }  // namespace stereo_slam

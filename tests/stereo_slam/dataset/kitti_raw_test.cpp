@@ -189,6 +189,79 @@ TEST_CASE("Packets of a drive that are not later than those before them are left
   CHECK_THAT(scan.problems[0].text, Catch::Contains("1 packets are not later"));
 }
 
+namespace {
+
+/// A drive of KITTI-360: the tiny one in the folders of that data set.
+class Tiny360 {
+ public:
+  explicit Tiny360(int frames) {
+    const TinyDrive kitti(frames, /*raw=*/false);
+    fs::create_directories(drive().parent_path());
+    fs::copy(kitti.drive(), drive(), fs::copy_options::recursive);
+    fs::remove_all(drive() / "oxts");
+    for (const auto* camera : {"image_00", "image_01"})
+      fs::rename(drive() / camera / "data", drive() / camera / "data_rect");
+    fs::create_directories(drive() / "image_02/data_rgb");
+    fs::create_directories(calibration());
+    fs::copy_file(kitti.day() / "calib_cam_to_cam.txt", calibration() / "perspective.txt");
+    write_text(calibration() / "calib_cam_to_pose.txt", "image_00: 0 0 1 2 -1 0 0 0 0 -1 0 0\n");
+    fs::create_directories(poses().parent_path());
+    std::string text;  // IMU to world; the first frame has none
+    for (int i = 1; i < frames; ++i) text += fmt::format("{} 1 0 0 {} 0 1 0 700 0 0 1 0\n", i, 500.0 + i);
+    write_text(poses(), text);
+  }
+
+  [[nodiscard]] fs::path root() const { return root_.path(); }
+  [[nodiscard]] fs::path drive() const { return root_ / "data_2d_raw/2013_05_28_drive_0003_sync"; }
+  [[nodiscard]] fs::path calibration() const { return root_ / "calibration"; }
+  [[nodiscard]] fs::path poses() const { return root_ / "data_poses/2013_05_28_drive_0003_sync/poses.txt"; }
+
+ private:
+  TemporaryFolder root_;
+};
+
+}  // namespace
+
+TEST_CASE("A drive of KITTI-360 opens, with the poses of its camera", "[kitti]") {
+  const Tiny360 drive(4);
+  for (const auto& folder : {drive.drive(), drive.drive() / "", drive.drive().parent_path()}) {
+    const auto scan = scan_sequence(folder, "auto");
+    CHECK(scan.problems.empty());
+    const auto& sequence = scan.sequence;
+    CHECK(sequence.format == "kitti");
+    REQUIRE(sequence.frames.size() == 4);
+    CHECK(sequence.frames[3].stamp_ns - sequence.frames[0].stamp_ns == 300'000'000);
+    CHECK(sequence.camera.baseline_m == Approx(TinySequence::kBaseline_m));
+    CHECK_FALSE(sequence.rectifier);
+    CHECK(load_frame(sequence, 3).right.cols == TinySequence::kWidth);
+    REQUIRE(sequence.ground_truth.size() == 3);
+    CHECK(sequence.ground_truth_ns[0] == sequence.frames[1].stamp_ns);
+    // 2 m before the IMU, and .06 m beside camera 0 by P_rect_00.
+    const Eigen::Vector3d centre = sequence.ground_truth[0].translation();
+    CHECK((centre - Eigen::Vector3d(503.0, 700.06, 0.0)).norm() < 1e-2);
+    const Eigen::Isometry3d T = sequence.ground_truth[0].inverse() * sequence.ground_truth[2];
+    CHECK((T.translation() - Eigen::Vector3d(0.0, 0.0, 2.0)).norm() < 1e-9);
+  }
+}
+
+TEST_CASE("What a drive of KITTI-360 lacks is named", "[kitti]") {
+  const Tiny360 drive(3);
+  fs::remove(drive.calibration() / "calib_cam_to_pose.txt");
+  const auto warned = scan_sequence(drive.drive(), "auto");
+  REQUIRE(warned.problems.size() == 1);
+  CHECK_FALSE(is_error(warned.problems[0]));
+  CHECK_THAT(warned.problems[0].text, Catch::Contains("there is no calib_cam_to_pose.txt"));
+  fs::remove(drive.poses());
+  CHECK(scan_sequence(drive.drive(), "auto").problems.empty());
+  fs::rename(drive.calibration() / "perspective.txt", drive.drive() / "perspective.txt");
+  CHECK(scan_sequence(drive.drive(), "auto").problems.empty());
+  fs::remove(drive.drive() / "perspective.txt");
+  CHECK_THAT(message_of([&] { (void)open_sequence(drive.drive(), "auto"); }),
+             Catch::Contains("there is no perspective.txt in the drive, beside it or in 'calibration'"));
+  CHECK_THAT(message_of([&] { (void)open_sequence(drive.root(), "auto"); }),
+             Catch::Contains("the recording may be") && Catch::Contains("data_2d_raw"));
+}
+
 TEST_CASE("A damaged drive is refused with the file", "[kitti]") {
   const auto error_after = [](const std::function<void(const TinyDrive&)>& breaking) {
     const TinyDrive drive(3, /*raw=*/false);

@@ -141,6 +141,18 @@ TEST_CASE("Stamps that come in bursts are named, and pauses and missing frames a
   CHECK(problems([](int i) { return 0.1 * i + 0.05 * (i % 2); }).empty());
   CHECK(problems([](int i) { return 0.1 * i + (i > 9 ? 60.0 : 0.0); }).empty());
   CHECK(problems([](int i) { return 0.1 * i + 0.1 * (i / 2); }).empty());
+  CHECK_THAT(problems([](int i) { return 0.1 * i + (i > 9 ? 7200.0 : 0.0); }),
+             Catch::Contains("frame 10 is 7200.1 s later than the one before it") &&
+                 Catch::Contains("if the clock was set in between, correct the stamps"));
+}
+
+TEST_CASE("The time between two frames in place of the frame rate is told", "[folders]") {
+  const TemporaryFolder folder;
+  write_tiny_folders(folder.path(), 3);
+  write_text(folder / "calibration.yaml", tiny_calibration("frame_rate_hz: 0.1\n"));
+  const auto scan = scan_sequence(folder.path(), "auto");
+  REQUIRE(scan.problems.size() == 1);
+  CHECK_THAT(scan.problems[0].text, Catch::Contains("its stamps are 10 s apart, 0.1 frames per second"));
 }
 
 TEST_CASE("Stamps leave time for images that are missing", "[folders]") {
@@ -235,6 +247,11 @@ TEST_CASE("A wrong calibration of an own camera is refused with file and line", 
   CHECK_THAT(error_with("a: [\n"), Catch::Contains("calibration.yaml:") && Catch::Contains("not valid YAML"));
   CHECK_THAT(error_with(tiny_calibration("fps: 10\n")),
              Catch::Contains("calibration.yaml:2: ") && Catch::Contains("unknown key fps"));
+  for (const auto* rectified : {"{fx: 200,5, fy: 200,5, cx: 160, cy: 60, baseline_m: 0.4}",
+                                "{fx: 200, fy: 200, cx: 160, cy: 60, baseline_m: 0,4}"})
+    CHECK_THAT(
+        error_with(fmt::format("rectified: {}\nframe_rate_hz: 10\n", rectified)),
+        Catch::Contains("calibration.yaml:1: ") && Catch::Contains("decimals have a point: 0.5, not 0,5"));
   CHECK_THAT(error_with(tiny_calibration("")), Catch::Contains("has no times; add frame_rate_hz"));
   CHECK_THAT(error_with(tiny_calibration("frame_rate_hz: -1\n")),
              Catch::Contains("calibration.yaml:2: frame_rate_hz is -1, but must be from"));

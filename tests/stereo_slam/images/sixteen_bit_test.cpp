@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Images with 16 bits a pixel: the grey scale that a recording gets.
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -76,6 +77,14 @@ SequenceScan scan_16_bit(
     }
   }
   return scan_sequence(folder / "16", "auto");
+}
+
+/// Exchanges the two bytes of each value, as where the order of the machine is written for that of the
+/// format.
+void exchange_bytes(cv::Mat& image, int /*frame*/) {
+  image.forEach<std::uint16_t>([](std::uint16_t& value, const int*) {
+    value = static_cast<std::uint16_t>((value << 8) | (value >> 8));
+  });
 }
 
 /// The share of the pixels of an image with a grey level from `low` to `high`.
@@ -206,4 +215,46 @@ TEST_CASE("An unreadable pair among those examined does not change the scale", "
   const SequenceScan scan = scan_sequence(folder / "16", "auto");
   CHECK(scan.sequence.scale.step == Approx(whole.sequence.scale.step).epsilon(0.05));
   CHECK_THAT(scan.problems.at(0).text, Catch::Contains("in the 5 pairs examined"));
+}
+
+TEST_CASE("Images of 16 bits whose bytes are exchanged are refused, and those that are right are not",
+          "[image]") {
+  const TemporaryFolder folder;
+  struct Camera {
+    double black;
+    double step;
+  };
+  // Cameras of 10, 12, 14 and 15 bits, and thermal ones.
+  for (const auto& [black, step] :
+       {Camera{0.0, 4.0}, Camera{0.0, 16.0}, Camera{0.0, 64.0}, Camera{300.0, 120.0},
+        Camera{7000.0, 900.0 / 255.0}, Camera{21000.0, 20.0}}) {
+    CAPTURE(black, step);
+    for (const auto& problem : scan_16_bit(folder.path(), black, step).problems)
+      CHECK_FALSE(is_error(problem));
+    const SequenceScan scan = scan_16_bit(folder.path(), black, step, exchange_bytes);
+    REQUIRE(scan.problems.size() == 1);
+    CHECK(is_error(scan.problems[0]));
+    CHECK_THAT(scan.problems[0].text,
+               Catch::Contains("the two bytes of the values of 16 bits look exchanged"));
+  }
+}
+
+TEST_CASE("Exchanged bytes of which one is empty change nothing", "[image]") {
+  const TemporaryFolder folder;
+  const SequenceScan right = scan_16_bit(folder / "right", 0.0, 256.0);
+  const SequenceScan exchanged = scan_16_bit(folder / "exchanged", 0.0, 256.0, exchange_bytes);
+  CHECK(std::ranges::none_of(exchanged.problems, is_error));
+  CHECK(cv::norm(load_frame(right.sequence, 1).left, load_frame(exchanged.sequence, 1).left, cv::NORM_INF) ==
+        0.0);
+}
+
+TEST_CASE("Images of noise alone are not taken for images with exchanged bytes", "[image]") {
+  const TemporaryFolder folder;
+  cv::RNG random(5);
+  for (const double sigma : {3.0, 40.0, 2000.0}) {
+    const SequenceScan scan = scan_16_bit(folder.path(), 0.0, 1.0, [&](cv::Mat& image, int) {
+      random.fill(image, cv::RNG::NORMAL, 9000.0, sigma);
+    });
+    CHECK(std::ranges::none_of(scan.problems, is_error));
+  }
 }

@@ -122,6 +122,8 @@ TEST_CASE("An unknown setting is refused; the message suggests the nearest known
              Catch::EndsWith("unknown setting count; did you mean features.count?"));
   CHECK_THAT(load_error("keyframes: {min_match_ratio: 0,6}"),
              Catch::EndsWith("unknown setting keyframes.6; decimals have a point: 0.5, not 0,5"));
+  CHECK_THAT(load_error("keyframes: {min_match_ratio: 0,6, max_flow_ratio: 0,6}"),
+             Catch::EndsWith("6 is given twice; decimals have a point: 0.5, not 0,5"));
   CHECK_THAT(load_error("zzzzzzzzzzz: 1"), Catch::EndsWith("unknown setting zzzzzzzzzzz"));
 }
 
