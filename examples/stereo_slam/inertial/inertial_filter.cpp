@@ -284,6 +284,15 @@ void InertialFilter::forget_samples() {
   samples_.erase(samples_.begin(), kept);
 }
 
+void InertialFilter::remeasure(const Vector6<double>& change) {
+  if (!begun_ || stamp_ns_ <= keyframe_ns_) return;
+  // The motions before had about the same velocity, and change alike.
+  const double since_s = 1e-9 * static_cast<double>(stamp_ns_ - keyframe_ns_);
+  auto& x = std::get<0>(state_.state);
+  const Vector3<double> change_m = sensor_.T_camera_imu.rotation_matrix().transpose() * change.tail<3>();
+  x.velocity += x.pose.rotation_matrix() * change_m / since_s;
+}
+
 LevelledLink InertialFilter::change_keyframe(const PoseGaussian& T_previous_keyframe) {
   constexpr double kCorrelation_s = 1.0;  // of the errors of links by the images (docs/results/inertial.md)
   const double link_s = 1e-9 * static_cast<double>(stamp_ns_ - std::exchange(keyframe_ns_, stamp_ns_));

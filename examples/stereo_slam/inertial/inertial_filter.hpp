@@ -75,6 +75,11 @@ class InertialFilter {
   /// Takes what the images showed of the frame; `prior` is that of this frame, if there was one.
   void end_frame(const SeenFrame& seen, const std::optional<InertialPrior>& prior);
 
+  /// Takes over that the motion of the camera since the keyframe is another one, changed on the right by
+  /// `change`, rad and m, by what the last frame taught of the cameras: so were the motions before, by which
+  /// the velocity is known. Call it before change_keyframe().
+  void remeasure(const Vector6<double>& change);
+
   /// Makes the last frame the reference keyframe. Takes the link to it by the images and returns the one for
   /// the path, which has the tilt that gravity tells.
   [[nodiscard]] LevelledLink change_keyframe(const PoseGaussian& T_previous_keyframe);

@@ -263,7 +263,13 @@ Vector6<double> RectificationEstimator::change_of(const MotionEvidence& motion) 
          motion.derivative_by_delay * (used_delay().seconds - motion.applied_delay_s);
 }
 
-/// Covariance of that change, as far as it is not of first order: zero unless the estimate has changed much.
+Vector6<double> RectificationEstimator::change_in_use(const MotionEvidence& motion) const {
+  if (motion.vibrates) return Vector6<double>::Zero();
+  return motion.derivative * (applied() - motion.applied) +
+         motion.derivative_by_delay * (used_delay().seconds - motion.applied_delay_s);
+}
+
+/// Covariance of change_of(), as far as it is not of first order: zero unless the estimate changed much.
 Matrix6<double> RectificationEstimator::nonlinearity_of(const MotionEvidence& motion) const {
   constexpr double kNotFirstOrder = 0.5;  // of the change, as seen when an offset of 1 to 5 px is learned
   const CameraErrors::Coefficients change = estimate_of_period(motion) - motion.applied;

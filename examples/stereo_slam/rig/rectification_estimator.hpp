@@ -141,6 +141,10 @@ class RectificationEstimator {
   [[nodiscard]] Matrix6<double> covariance_besides_scale(const MotionEvidence& motion,
                                                          const Pose& T_first_second) const;
 
+  /// Change of a motion by the change of current() since it was measured, to first order: on the right, rad
+  /// and m. None of a rig that vibrates, whose coefficients held for this motion alone.
+  [[nodiscard]] Vector6<double> change_in_use(const MotionEvidence& motion) const;
+
   /// What was learned since a motion was measured. Afterwards the motion counts as measured with the best
   /// estimate so far.
   [[nodiscard]] MotionChange correct(MotionEvidence& motion, const Pose& T_first_second) const;

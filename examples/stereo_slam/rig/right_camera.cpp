@@ -252,7 +252,10 @@ SeenMotion RightCamera::with_exposures(SeenMotion motion) const {
 /// Keeps how the motion to a keyframe depends on the rig, of which `before` is the geometry until then.
 KeyframeMotion RightCamera::keep(const MotionEvidence& motion, const PairGeometry& before) {
   motions_.push_back(motion);
-  return {motion.covariance, motion.derivative.rightCols<LensResidual::kTerms>(), {before, geometry(image_)}};
+  return {motion.covariance,
+          motion.derivative.rightCols<LensResidual::kTerms>(),
+          {before, geometry(image_)},
+          rectification_.change_in_use(motion)};
 }
 
 KeyframeMotion RightCamera::consider(const SeenMotion& by_landmarks) {

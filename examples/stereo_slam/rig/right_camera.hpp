@@ -39,6 +39,7 @@ struct KeyframeMotion {
   Eigen::Matrix<double, 6, LensResidual::kTerms> by_lens =
       Eigen::Matrix<double, 6, LensResidual::kTerms>::Zero();  ///< d motion / d coefficients of the lens
   Remeasurement remeasurement;                                 ///< of the keyframe, by what the motion taught
+  Vector6<double> change = Vector6<double>::Zero();  ///< of the motion by the same, on the right, rad and m
 };
 
 /// The owner of what is known of the two cameras besides their calibration: the errors of rectification and

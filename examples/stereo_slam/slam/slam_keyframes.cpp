@@ -109,6 +109,7 @@ void Slam::change_keyframe_by_motion(const TrackedPose& tracked, const FrameImag
 void Slam::move_reference(std::size_t frame, PoseGaussian T_previous_keyframe,
                           const KeyframeMotion& learned) {
   T_previous_keyframe.covariance += learned.covariance;
+  motion_.inertial().remeasure(learned.change);
   path_.trajectory().add_keyframe(frame, motion_.inertial().change_keyframe(T_previous_keyframe));
   posterior_ = certain_pose();
   local_map_.restart(path_.trajectory().reference());

@@ -233,3 +233,27 @@ TEST_CASE("Without readings there is nothing to predict with", "[inertial]") {
   CHECK(filter.summary().phase == InertialPhase::kNone);
   CHECK(filter.estimate().phase == InertialPhase::kNone);
 }
+
+TEST_CASE("The velocity changes with the motion since the keyframe when that is measured anew",
+          "[inertial]") {
+  constexpr double kRounding = 1e-9;
+  Tracker tracker(Flight{}, 17);
+  tracker.run(205);
+  REQUIRE(phase(tracker) == InertialPhase::kRunning);
+  Vector6<double> change;
+  change << 1e-3, -2e-3, 3e-3, 0.03, -0.02, 0.05;  // on the right: in the axes of the camera
+  InertialFilter filter = tracker.filter();
+  filter.remeasure(change);
+  const double since_s = 1e-9 * static_cast<double>((204 % kFramesPerKeyframe) * kFrame_ns);
+  const Vector3<double> expected_m_s =
+      T_camera_imu().rotation_matrix().transpose() * change.tail<3>() / since_s;
+  const InertialEstimate before = tracker.filter().estimate(), after = filter.estimate();
+  CHECK((after.velocity - before.velocity - expected_m_s).norm() < kRounding);
+  CHECK((after.gravity - before.gravity).norm() == 0.0);
+  CHECK((after.biases - before.biases).norm() == 0.0);
+
+  tracker.run(15 * kFramesPerKeyframe + 1);  // the last frame is the keyframe
+  InertialFilter at_keyframe = tracker.filter();
+  at_keyframe.remeasure(change);
+  CHECK((at_keyframe.estimate().velocity - tracker.filter().estimate().velocity).norm() == 0.0);
+}
