@@ -47,8 +47,7 @@ constexpr double kSigmas = 5.0;
   if (!(std::abs(px) >= kNoticeable_px)) return "";
   return fmt::format(
       "the right image is {:.1f} px farther {} than the calibration says, as was learned while driving; "
-      "check "
-      "cx of both cameras, and where the images were cut",
+      "check cx of both cameras, and where the images were cut",
       std::abs(px), px > 0.0 ? "right" : "left");
 }
 
