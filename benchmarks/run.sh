@@ -7,7 +7,8 @@ build=$root/build/release
 
 "$root/cmake/install-dependencies.sh"
 cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DANTIPODE_BUILD_BENCHMARKS=ON >/dev/null
-benchmarks=(bench_dual_quaternion bench_bingham bench_sampling bench_filters bench_mixtures bench_map_file bench_pose_graph)
+benchmarks=(bench_dual_quaternion bench_bingham bench_sampling bench_filters bench_least_squares bench_mixtures bench_map_file
+  bench_pose_graph)
 cmake --build "$build" --target "${benchmarks[@]}" >/dev/null
 
 commit=$(git -C "$root" rev-parse --short HEAD 2>/dev/null || echo unknown)

@@ -248,11 +248,12 @@ void find_scale(SequenceScan& scan) {
         depths.of_8_bits, depths.of_8_bits + depths.of_16_bits, depths.of_16_bits);
   }
   if (values.have_exchanged_bytes()) {
-    scan.problems.push_back(Problem::error(sequence.folder,
-                                           "the two bytes of the values of 16 bits look exchanged: the "
-                                           "images look like noise, and the other way "
-                                           "round like images; write them again, in PNG and PGM with the "
-                                           "upper byte first, else as the header says"));
+    scan.problems.push_back(
+        Problem::error(sequence.folder,
+                       "the two bytes of the values of 16 bits look exchanged: the images "
+                       "look like noise, and the other way round like images; write them "
+                       "again, in PNG and PGM with the upper byte first, else as the "
+                       "header says"));
     return;
   }
   if (values.scale() == GreyScale{}) return;

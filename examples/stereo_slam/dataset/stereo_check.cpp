@@ -276,9 +276,8 @@ std::vector<Problem> blended_images(const StereoSequence& sequence, const std::v
   return {Problem::warning(
       sequence.folder,
       "the images of {} show points twice, as far apart as they move between two frames, as if each image "
-      "were a "
-      "blend of two moments, so that lengths may be wrong by some percent; record without averaging frames "
-      "(temporal noise reduction, conversion of the frame rate)",
+      "were a blend of two moments, so that lengths may be wrong by some percent; record without averaging "
+      "frames (temporal noise reduction, conversion of the frame rate)",
       sequence.left_name)};
 }
 
