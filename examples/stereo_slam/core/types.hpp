@@ -86,11 +86,11 @@ struct WeakReasons {
   bool imu_contradicted = false;       ///< the IMU, which had a part in earlier poses, contradicts the images
   bool few_landmarks = false;          ///< so few that they may agree by chance
   bool repeated_image = false;         ///< the image is that of the frame before; the pose is predicted
-  bool sudden_motion = false;          ///< one that most points did not share began, and still do not share
   bool repetitive_scene = false;       ///< the reference keyframe shows one pattern many times
   bool right_image_unfit = false;      ///< it does not fit the left one, or others did not shortly before
   bool right_camera_turned = false;    ///< that was noticed, and happened a few frames or keyframes before
   bool segment_not_localised = false;  ///< the place of the map segment in the world is not known yet
+  bool sudden_motion = false;          ///< one that most points did not share began, and still do not share
 };
 
 /// The name in the result files: "OK", say.
@@ -124,11 +124,11 @@ inline constexpr std::array kWeakReasons = {
     WeakReason{&WeakReasons::imu_contradicted, "imu_contradicted", "the IMU contradicted the images"},
     WeakReason{&WeakReasons::few_landmarks, "few_landmarks", "few landmarks"},
     WeakReason{&WeakReasons::repeated_image, "repeated_image", "the same image again"},
-    WeakReason{&WeakReasons::sudden_motion, "sudden_motion", "sudden motion that few points show"},
     WeakReason{&WeakReasons::repetitive_scene, "repetitive_scene", "repetitive scene"},
     WeakReason{&WeakReasons::right_image_unfit, "right_image_unfit", "right image missing or in doubt"},
     WeakReason{&WeakReasons::right_camera_turned, "right_camera_turned", "right camera turned"},
     WeakReason{&WeakReasons::segment_not_localised, "segment_not_localised", "place in the map unknown"},
+    WeakReason{&WeakReasons::sudden_motion, "sudden_motion", "sudden motion that few points show"},
 };
 static_assert(kWeakReasons.size() * sizeof(bool) == sizeof(WeakReasons), "every reason has a name");
 
