@@ -149,20 +149,6 @@ void check_lenses(SequenceScan& scan) {
   return true;
 }
 
-/// Warns about a pause that no recording has: images of several, or from before and after the clock was set,
-/// whose order by stamps need not be that in which they were taken.
-void warn_of_pause(SequenceScan& scan, const std::vector<double>& intervals_s) {
-  constexpr double kLongest_s = 600.0;  // the longest one for which --realtime waits
-  const auto longest = std::ranges::max_element(intervals_s);
-  if (!(*longest > kLongest_s)) return;
-  const auto frame = static_cast<std::size_t>(longest - intervals_s.begin()) + 1;
-  scan.warn(
-      scan.sequence.folder,
-      "frame {} is {:.6g} s later than the one before it; if these are two recordings, run each alone, and "
-      "if the clock was set in between, correct the stamps: frames are taken in their order",
-      frame, *longest);
-}
-
 /// What to do about a baseline that is too long to be in metres: the units in which it would be an ordinary
 /// one. With a focal length, that of rectified images, it may also be a product with it.
 [[nodiscard]] std::string unit_advice(double baseline, std::optional<double> focal_px) {
@@ -291,8 +277,7 @@ void check_frame_rate(SequenceScan& scan) {
   const std::vector<double> all_s = frame_intervals_s(frames);
   if (warn_of_uneven_stamps(scan, all_s)) return;
   const double interval_s = usual_interval_s(all_s);
-  if (!(interval_s > 0.0)) return;
-  if (interval_s >= 1.0 / kFastest_hz && interval_s < 1.0 / kSlowest_hz) return warn_of_pause(scan, all_s);
+  if (!(interval_s > 0.0) || (interval_s >= 1.0 / kFastest_hz && interval_s < 1.0 / kSlowest_hz)) return;
   scan.warn(scan.sequence.folder,
             "its stamps are {:.3g} s apart, {:.4g} frames per second; check their unit (those in times.txt "
             "are in seconds)",

@@ -43,7 +43,8 @@ void MotionModel::learn(const TrackedPose& tracked, const PoseGaussian& T_keyfra
                         const Pose& T_keyframe_previous, bool after_loss, std::int64_t stamp_ns) {
   const Pose T_previous_current = T_keyframe_previous.inverse() * tracked.update.posterior.pose;
   const bool surprises = !after_loss && expected_until(stamp_ns).surprised_by(T_previous_current);
-  in_doubt_ = tracked.odometry.of_minority() && (in_doubt_ || surprises);
+  const bool begins = surprises && tracked.odometry.contradicted();
+  in_doubt_ = tracked.odometry.of_minority() && (in_doubt_ || begins);
   if (!tracked.measured()) {
     velocity_.unmeasured(stamp_ns);
   } else if (tracked.basis() == PoseBasis::kLandmarks && !after_loss) {

@@ -69,8 +69,9 @@ class MotionModel {
   void learn(const TrackedPose& tracked, const PoseGaussian& T_keyframe_camera,
              const Pose& T_keyframe_previous, bool after_loss, std::int64_t stamp_ns);
 
-  /// Whether the motion may be that of a vehicle in view: it began as a surprise, and in no frame since then
-  /// most points moved as it says. A camera that is shaken moves all static points alike.
+  /// Whether the motion may be that of a vehicle in view: it began as a surprise that other points
+  /// contradicted, and in no frame since then most points moved as it says. A camera that is shaken moves all
+  /// static points alike.
   [[nodiscard]] bool in_doubt() const noexcept { return in_doubt_; }
 
   /// Begins with the first keyframe.

@@ -15,17 +15,18 @@ constexpr int kUntilSure = 20;  // frames with one velocity, after which another
 
 Pose ahead(double z_m) { return Pose::exp((Vector6<double>() << 0, 0, 0, 0, 0, z_m).finished()); }
 
-/// A camera that moves ahead; each frame has a hundred points, some of which show the motion.
+/// A camera that moves ahead; each frame has a hundred points, some of which are followed, and some of these
+/// show the motion.
 class Drive {
  public:
   /// The next frame, `step_m` after the last one.
-  void move(double step_m, std::size_t agreeing, bool after_loss = false) {
+  void move(double step_m, std::size_t agreeing, std::size_t followed = 100, bool after_loss = false) {
     TrackedPose tracked;
     const Pose next = pose_ * ahead(step_m);
     tracked.odometry = {.valid = agreeing > 0,
                         .T_previous_current = {ahead(step_m), Matrix6<double>::Identity()},
                         .inliers = std::vector<StereoCorrespondence>(agreeing),
-                        .right_image = {},
+                        .right_image = {.in_left = followed, .in_right = followed},
                         .points = 100};
     tracked.update.posterior = {next, Matrix6<double>::Identity()};
     tracked.update.converged = true;
@@ -67,6 +68,17 @@ TEST_CASE("A sudden motion of most points is that of the camera", "[stereo_slam]
   CHECK_FALSE(drive.in_doubt());
 }
 
+TEST_CASE("A sudden motion that all points show but those that are lost is that of the camera",
+          "[stereo_slam][slam]") {
+  Drive drive;
+  for (int i = 0; i < kUntilSure; ++i) drive.move(1.0, 90);
+  drive.move(0.5, 30, 33);
+  CHECK_FALSE(drive.in_doubt());
+  for (int i = 0; i < kUntilSure; ++i) drive.move(0.5, 90);
+  drive.move(1.0, 30, 34);
+  CHECK(drive.in_doubt());
+}
+
 TEST_CASE("A sudden motion of landmarks that no point of the odometry shows is in doubt",
           "[stereo_slam][slam]") {
   Drive drive;
@@ -80,7 +92,7 @@ TEST_CASE("A sudden motion of landmarks that no point of the odometry shows is i
 TEST_CASE("After a loss no motion is sudden", "[stereo_slam][slam]") {
   Drive drive;
   for (int i = 0; i < kUntilSure; ++i) drive.move(1.0, 90);
-  drive.move(0.5, 30, /*after_loss=*/true);
+  drive.move(0.5, 30, 100, /*after_loss=*/true);
   CHECK_FALSE(drive.in_doubt());
 }
 
