@@ -141,8 +141,7 @@ std::vector<Problem> wrong_focal_length(const StereoSequence& sequence,
         sequence.folder,
         "points move between frames as with no camera: their motions fit focal lengths that differ by "
         "{:.0f} % or more from frame to frame; a moving picture, the vehicle itself or traffic fills a part "
-        "of the "
-        "images, or images are repeated, and poses may be relative to it, with the status OK",
+        "of the images, or images are repeated, and poses may be relative to it, with the status OK",
         100.0 * (std::exp(std::min(moved->spread, 1.0)) - 1.0))};
   }
   const double excess = 1.0 / moved->focal_factor - 1.0;

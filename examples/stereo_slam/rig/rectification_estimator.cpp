@@ -257,16 +257,22 @@ CameraErrors::Coefficients RectificationEstimator::coefficients_during(const Mot
   return contradicts ? motion.applied : estimate;
 }
 
+/// Change of a motion if it is measured with these coefficients, and the best estimate of the delay, to first
+/// order.
+Vector6<double> RectificationEstimator::change_by(const MotionEvidence& motion,
+                                                  const CameraErrors::Coefficients& coefficients) const {
+  return motion.derivative * (coefficients - motion.applied) +
+         motion.derivative_by_delay * (used_delay().seconds - motion.applied_delay_s);
+}
+
 /// Change of a motion if it is measured with the best estimate so far, to first order.
 Vector6<double> RectificationEstimator::change_of(const MotionEvidence& motion) const {
-  return motion.derivative * (coefficients_during(motion) - motion.applied) +
-         motion.derivative_by_delay * (used_delay().seconds - motion.applied_delay_s);
+  return change_by(motion, coefficients_during(motion));
 }
 
 Vector6<double> RectificationEstimator::change_in_use(const MotionEvidence& motion) const {
   if (motion.vibrates) return Vector6<double>::Zero();
-  return motion.derivative * (applied() - motion.applied) +
-         motion.derivative_by_delay * (used_delay().seconds - motion.applied_delay_s);
+  return change_by(motion, applied());
 }
 
 /// Covariance of change_of(), as far as it is not of first order: zero unless the estimate changed much.

@@ -182,6 +182,8 @@ class RectificationEstimator {
   [[nodiscard]] CameraErrors::Coefficients scale_derivative() const;
   [[nodiscard]] Matrix6<double> covariance_of(const MotionEvidence& motion,
                                               const MotionEvidence::Derivative& derivative) const;
+  [[nodiscard]] Vector6<double> change_by(const MotionEvidence& motion,
+                                          const CameraErrors::Coefficients& coefficients) const;
   [[nodiscard]] Vector6<double> change_of(const MotionEvidence& motion) const;
   [[nodiscard]] Matrix6<double> nonlinearity_of(const MotionEvidence& motion) const;
   [[nodiscard]] DelayEstimate used_delay() const { return delay_.used().value_or(DelayEstimate{}); }

@@ -19,6 +19,12 @@ Pose ahead(double z_m) { return Pose::exp((Vector6<double>() << 0, 0, 0, 0, 0, z
 /// show the motion.
 class Drive {
  public:
+  Drive() = default;
+  /// With one velocity for so long that another one is a surprise.
+  explicit Drive(double step_m) {
+    for (int i = 0; i < kUntilSure; ++i) move(step_m, 90);
+  }
+
   /// The next frame, `step_m` after the last one.
   void move(double step_m, std::size_t agreeing, std::size_t followed = 100, bool after_loss = false) {
     TrackedPose tracked;
@@ -62,16 +68,14 @@ TEST_CASE("A sudden motion that fewer than half of the points show is in doubt u
 }
 
 TEST_CASE("A sudden motion of most points is that of the camera", "[stereo_slam][slam]") {
-  Drive drive;
-  for (int i = 0; i < kUntilSure; ++i) drive.move(1.0, 90);
+  Drive drive(1.0);
   drive.move(0.5, 50);
   CHECK_FALSE(drive.in_doubt());
 }
 
 TEST_CASE("A sudden motion that all points show but those that are lost is that of the camera",
           "[stereo_slam][slam]") {
-  Drive drive;
-  for (int i = 0; i < kUntilSure; ++i) drive.move(1.0, 90);
+  Drive drive(1.0);
   drive.move(0.5, 30, 33);
   CHECK_FALSE(drive.in_doubt());
   for (int i = 0; i < kUntilSure; ++i) drive.move(0.5, 90);
@@ -81,8 +85,7 @@ TEST_CASE("A sudden motion that all points show but those that are lost is that 
 
 TEST_CASE("A sudden motion of landmarks that no point of the odometry shows is in doubt",
           "[stereo_slam][slam]") {
-  Drive drive;
-  for (int i = 0; i < kUntilSure; ++i) drive.move(1.0, 90);
+  Drive drive(1.0);
   drive.move(1.02, 0);  // as expected
   CHECK_FALSE(drive.in_doubt());
   drive.move(0.5, 0);
@@ -90,8 +93,7 @@ TEST_CASE("A sudden motion of landmarks that no point of the odometry shows is i
 }
 
 TEST_CASE("After a loss no motion is sudden", "[stereo_slam][slam]") {
-  Drive drive;
-  for (int i = 0; i < kUntilSure; ++i) drive.move(1.0, 90);
+  Drive drive(1.0);
   drive.move(0.5, 30, 100, /*after_loss=*/true);
   CHECK_FALSE(drive.in_doubt());
 }
