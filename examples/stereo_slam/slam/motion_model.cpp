@@ -42,7 +42,7 @@ std::optional<RigVelocity> MotionModel::velocity_by(const Pose& T_last_current, 
 void MotionModel::learn(const TrackedPose& tracked, const PoseGaussian& T_keyframe_camera,
                         const Pose& T_keyframe_previous, bool after_loss, std::int64_t stamp_ns) {
   const Pose T_previous_current = T_keyframe_previous.inverse() * tracked.update.posterior.pose;
-  const bool surprises = !after_loss && expected_until(stamp_ns).surprised_by(T_previous_current);
+  const bool surprises = expected_until(stamp_ns).surprised_by(T_previous_current);
   const bool begins = surprises && tracked.odometry.contradicted();
   in_doubt_ = tracked.odometry.of_minority() && (in_doubt_ || begins);
   if (!tracked.measured()) {
