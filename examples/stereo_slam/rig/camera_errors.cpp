@@ -15,13 +15,19 @@ using Information = CameraErrors::Information;
 // The errors that hardly show in the rows: 1 for a wrong column, 1 and x^2 for a turn.
 constexpr std::array kUnseenTerms = {0, 3};
 
-// Least logarithms of Bayes factors. On undisturbed recordings, real and rendered, that of a large error is
-// at most 1.4. That of a turn by kLeastTurn_px or more is at most 8, and by less 22 (on KITTI 01).
+// Least logarithm of the Bayes factor of a large error. On undisturbed recordings, real and rendered, it is
+// at most 1.4.
 constexpr double kLargeErrorEvidence = 5.0;
-constexpr double kTurnEvidence = 10.0;
-constexpr double kLeastTurn_px = 0.7;
 constexpr double kTurnSigma_px = 1.0;
-constexpr std::size_t kLongestWindow = 8;  // motions
+
+// From keyframe to keyframe, px: a rigid rig, one that is displaced by a pixel in a hundred thousand, ten
+// thousand or a thousand keyframes, and one that vibrates by less than is noticed.
+constexpr std::array kDriftSigmas_px = {0.0, 0.003, 0.01, 0.03, 0.1};
+// Least logarithm of the likelihood ratio of a drift, which is one number more, to a rigid rig (Akaike).
+constexpr double kDriftEvidence = 1.0;
+// How much less likely a hypothesis becomes at most, as a logarithm. A larger number notices a change of the
+// rig later.
+constexpr double kRefuted = 10.0;
 
 [[nodiscard]] double squared_inverse(double x) { return 1.0 / (x * x); }
 
@@ -32,43 +38,56 @@ constexpr std::size_t kLongestWindow = 8;  // motions
   return prior;
 }
 
-/// The estimate without most of what is known of the errors that hardly show in the rows.
-[[nodiscard]] Evidence forgotten(const Evidence& estimate, double sigma_px = kTurnSigma_px) {
+/// A turn sideways of the right camera.
+[[nodiscard]] Information turn_sideways(double sigma_px) {
   Information turn = Information::Zero();
   for (const int term : kUnseenTerms) turn(term, term) = sigma_px * sigma_px;
-  return widened(estimate, turn);
+  return turn;
 }
 
-/// The evidence for coefficients that are larger by `change`.
-[[nodiscard]] Evidence shifted(Evidence evidence, const Coefficients& change) {
-  evidence.vector += evidence.information * change;
-  return evidence;
+/// The evidence of a motion that was measured with coefficients that were wrong by `change`: its derivatives
+/// are inexact.
+[[nodiscard]] CameraErrors::EvidenceOfBoth as_exact_as_first_order(CameraErrors::EvidenceOfBoth motion,
+                                                                   const Coefficients& change) {
+  antipode::Vector<double, CameraErrors::kBoth> error = decltype(error)::Zero();
+  for (const int term : kUnseenTerms) error[term] = CameraErrors::kNotFirstOrder * change[term];
+  const antipode::Vector<double, CameraErrors::kBoth> by_error = motion.information * error;
+  const double shrink = 1.0 / (1.0 + error.dot(by_error));
+  motion.vector -= shrink * error.dot(motion.vector) * by_error;
+  motion.information -= shrink * by_error * by_error.transpose();
+  return motion;
 }
 
-/// Root mean square over a row of the image.
-[[nodiscard]] double rms_px(const Coefficients& change) {
-  const double constant = change[kUnseenTerms[0]], square = change[kUnseenTerms[1]];
-  return std::sqrt(constant * constant + 2.0 / 3.0 * constant * square + square * square / 5.0);
+[[nodiscard]] Evidence diagonal(const Coefficients& information) {
+  return {Information(information.asDiagonal()), Coefficients::Zero()};
 }
 
 }  // namespace
 
-CameraErrors::CameraErrors(double widest_sigma_px)
-    : widest_prior_(prior_of(widest_sigma_px, kLensPerOffset * widest_sigma_px)),
+CameraErrors::CameraErrors(double widest_sigma_px, const ByDisplacement& by_displacement)
+    : by_displacement_(by_displacement),
+      widest_prior_(prior_of(widest_sigma_px, kLensPerOffset * widest_sigma_px)),
       usual_prior_(widest_prior_),
       large_error_prior_(widest_prior_) {
-  everything_.information = widest_prior_.asDiagonal();
+  begin_hypotheses(diagonal(widest_prior_));
 }
 
-void CameraErrors::resume(const Evidence& everything, const Information& drift) {
-  everything_ = everything;
+void CameraErrors::begin_hypotheses(const Evidence& everything) {
+  usual_ = {};
+  for (const double sigma_px : kDriftSigmas_px)
+    usual_.hypotheses.emplace_back(sigma_px, by_displacement_, everything);
+  large_error_ = usual_;
+}
+
+void CameraErrors::resume(const Evidence& everything, bool has_large_error, const Information& drift) {
+  begin_ = everything;
   if (!drift.isZero(0.0)) {
-    diffuse(drift);
-    learned_ = everything_;
+    begin_ = widened(everything, drift);
+    fresh_ = {DriftHypothesis(0.0, by_displacement_, diagonal(widest_prior_)), 0.0};
   }
-  has_large_error_ = shows_large_error(everything_);
+  begin_hypotheses(*begin_);
+  has_large_error_ = has_large_error || evidence_of_large_error(used()) > kLargeErrorEvidence;
   notice_lens_error();
-  begun_with_ = estimate().mean();
 }
 
 void CameraErrors::expect(double offset_sigma_px, double lens_sigma_px) {
@@ -82,163 +101,135 @@ void CameraErrors::allow_lens_error(Coefficients& prior) const {
   prior.tail<LensResidual::kTerms>() = widest_prior_.tail<LensResidual::kTerms>();
 }
 
-/// Drops what another one had learned, if all motions since are likelier with the widest prior alone: than
-/// with it, or with it and a turn.
-void CameraErrors::check_learned(const std::optional<Turn>& turn) {
-  if (!learned_) return;
-  const Evidence widest{Information(widest_prior_.asDiagonal()), Coefficients::Zero()};
-  const Evidence since = everything_ - *learned_;
-  const double with_it = turn
-                             ? learned_->log_evidence(turn->everything_before - *learned_) +
-                                   forgotten(turn->before).log_evidence(everything_ - turn->everything_before)
-                             : learned_->log_evidence(since);
-  if (widest.log_evidence(since) <= with_it) return;
-  everything_ = widest + since;
-  learned_.reset();
+/// Drops what another one had learned, if all motions since are likelier with the widest prior alone;
+/// `before` is what was known before this motion.
+void CameraErrors::check_learned(const EvidenceOfBoth& motion, const DriftHypothesis& before) {
+  if (!fresh_) return;
+  auto& [fresh, log_factor] = *fresh_;
+  const double without = fresh.log_likelihood_of(motion, fresh.everything());
+  log_factor += without - before.log_likelihood_of(motion, before.everything());
+  fresh.add(motion, without);
+  if (log_factor <= 0.0) return;
+  begin_hypotheses(fresh.everything());
+  for (auto* alternative : {&usual_, &large_error_})
+    for (auto& hypothesis : alternative->hypotheses) hypothesis.continue_from(fresh, fresh.log_likelihood());
+  begin_.reset();
+  fresh_.reset();
   dropped_learned_ = true;
-  has_lens_error_ = has_large_error_ = false;
+  has_lens_error_ = false;
+  has_large_error_ = evidence_of_large_error(usual_.used()) > kLargeErrorEvidence;
 }
 
-bool CameraErrors::add(const Evidence& shown) {
-  const Evidence motion = shifted(shown, -origin_);
-  everything_ = everything_ + motion;
-  check_learned({});
-  ++motions_;
-  ++motions_since_begin_;
-  if (recent_.size() == kLongestWindow) recent_.erase(recent_.begin());
-  recent_.push_back(motion);
-  auto turn = find_turn();
-  if (turn && learned_) {
-    check_learned(turn);
-    if (!learned_) turn.reset();
+void CameraErrors::add_to(Alternative& alternative, const Coefficients& prior,
+                          const EvidenceOfBoth& motion) const {
+  for (auto& hypothesis : alternative.hypotheses) {
+    const Evidence known = fresh_ ? hypothesis.everything() : with_prior(hypothesis, prior);
+    hypothesis.add(motion, hypothesis.log_likelihood_of(motion, known));
   }
-  if (turn) {
-    const bool is_new = !was_so_from_start(*turn);
-    if (is_new)
-      periods_.push_back({motions_ - turn->motions, shifted(turn->before, origin_), turn->change_px});
-    begin_again(shifted(turn->after, origin_));
-    return is_new;
-  }
-  has_large_error_ = has_large_error_ || shows_large_error(everything_);
+  // An error that is still being learned looks like a drift: the first motions were measured without it.
+  alternative.select(&alternative == &large_error_ ? kLargeErrorEvidence : kDriftEvidence);
+}
+
+void CameraErrors::add(const EvidenceOfBoth& shown, const Coefficients& applied) {
+  const DriftHypothesis before = used();
+  EvidenceOfBoth motion = shown;
+  if (has_large_error_)
+    motion = as_exact_as_first_order(shown, (estimate() + of_rigid_rig(shown)).mean() - applied);
+  motions_.push_back(motion);
+  add_to(usual_, usual_prior_, motion);
+  add_to(large_error_, large_error_prior_, motion);
+  check_learned(motion, before);
+  notice_large_error();
   notice_lens_error();
-  const Evidence now = estimate();
-  const bool changed = has_large_error_ && rms_px(now.mean() - begun_with_) > kLargeChange_px;
-  if (changed && !learned_) begin_again(forgotten(now));
-  return false;
 }
 
-void CameraErrors::add_without_turn(const Evidence& motion) {
-  everything_ = everything_ + shifted(motion, -origin_);
-  ++motions_;
-  ++motions_since_begin_;
-  recent_.clear();
+/// Notices a large error that was there from the start, if the motions are much likelier with it than with a
+/// drift or with neither. They were measured without it, so that their derivatives are inexact.
+void CameraErrors::notice_large_error() {
+  const DriftHypothesis& rigid = usual_.hypotheses.front();
+  const double of_drift = usual_.used().log_likelihood() - rigid.log_likelihood();
+  if (has_large_error_ || !(evidence_of_large_error(rigid) > kLargeErrorEvidence + of_drift)) return;
+  has_large_error_ = true;
+  if (!fresh_) change_by({.covariance = turn_sideways(kTurnSigma_px), .only_forgets = true});
+}
+
+/// Uses the likeliest hypothesis, but a drift only if it is likelier than a rigid rig by this log factor.
+/// Those that are refuted go on from it.
+void CameraErrors::Alternative::select(double least_log_factor) {
+  likeliest = 0;
+  for (std::size_t i = 1; i < hypotheses.size(); ++i)
+    if (hypotheses[i].log_likelihood() > used().log_likelihood()) likeliest = i;
+  if (!(used().log_likelihood() > hypotheses[0].log_likelihood() + least_log_factor)) likeliest = 0;
+  for (auto& hypothesis : hypotheses)
+    if (hypothesis.log_likelihood() < used().log_likelihood() - kRefuted)
+      hypothesis.continue_from(used(), kRefuted);
+}
+
+void CameraErrors::add_displaced(const EvidenceOfBoth& motion) {
+  motions_.push_back(motion);
+  const Evidence of_errors = of_rigid_rig(motion);
+  for (auto* alternative : {&usual_, &large_error_})
+    for (auto& hypothesis : alternative->hypotheses) hypothesis.add_displaced(of_errors);
+  if (fresh_) fresh_->errors.add_displaced(of_errors);
+}
+
+void CameraErrors::change_by(ErrorChange change) {
+  change.motions = motions_.size();
+  for (auto* alternative : {&usual_, &large_error_})
+    for (auto& hypothesis : alternative->hypotheses) hypothesis.change(change);
+  if (fresh_) fresh_->errors.change(change);
+  shift_ += change.shift;
+  changes_.push_back(change);
 }
 
 void CameraErrors::forget(double displacement_px) {
-  const Evidence before = estimate();
-  periods_.push_back({motions_, before, Coefficients::Zero()});
-  begin_again(forgotten(before, std::max(displacement_px, kTurnSigma_px)));
-}
-
-void CameraErrors::shift(const Coefficients& change) {
-  periods_.push_back({motions_, estimate(), Coefficients::Zero()});
-  origin_ += change;
-  begun_with_ += change;
+  diffuse(turn_sideways(std::max(displacement_px, kTurnSigma_px)));
 }
 
 void CameraErrors::begin_with(const Coefficients& error, const Information& covariance) {
-  begin_again(shifted(estimate(), error));
-  diffuse(covariance);
+  change_by({.shift = error, .covariance = covariance});
 }
 
-/// The most likely turn of the right camera before one of the last motions.
-std::optional<CameraErrors::Turn> CameraErrors::find_turn() const {
-  std::optional<Turn> best;
-  double best_log_factor = kTurnEvidence;
-  Evidence since;
-  for (std::size_t motions = 1; motions <= recent_.size(); ++motions) {
-    since = since + recent_[recent_.size() - motions];
-    const Evidence everything_before = everything_ - since;
-    const Evidence before =
-        with_prior(everything_before, has_large_error_ || shows_large_error(everything_before));
-    const Evidence turned = forgotten(before);
-    const double log_factor = turned.log_evidence(since) - before.log_evidence(since);
-    const Evidence after = turned + since;
-    const Coefficients change_px = after.mean() - before.mean();
-    if (!(log_factor > best_log_factor) || rms_px(change_px) < kLeastTurn_px) continue;
-    best_log_factor = log_factor;
-    best = Turn{motions, everything_before, before, after, change_px};
-  }
-  return best;
+/// A prior that was given at the start, for the errors of now.
+Evidence CameraErrors::prior_now(const Coefficients& prior, const DriftHypothesis& errors) const {
+  if (errors.spread_px2().isZero(0.0)) return {Information(prior.asDiagonal()), prior.cwiseProduct(shift_)};
+  Information covariance = errors.spread_px2();
+  covariance.diagonal() += prior.cwiseInverse();
+  return Evidence::from_covariance(shift_, covariance);
 }
 
-/// Goes on from an estimate as if it were the prior.
-void CameraErrors::begin_again(const Evidence& estimate) {
-  everything_ = estimate;
-  origin_.setZero();
-  everything_.information.diagonal() -= large_error_prior_ - widest_prior_;
-  if (learned_) learned_ = everything_;  // the motions from now on may contradict it still
-  begun_with_ = estimate.mean();
-  has_large_error_ = true;
-  motions_since_begin_ = 0;
-  recent_.clear();
+Evidence CameraErrors::with_prior(const DriftHypothesis& errors, const Coefficients& prior) const {
+  return errors.everything() + (prior_now(prior, errors) - prior_now(widest_prior_, errors));
 }
 
-/// log of the density of the motions in `everything`, up to a constant.
-double CameraErrors::log_evidence_with(const Coefficients& prior, const Evidence& everything) const {
-  Evidence motions = everything;
-  motions.information.diagonal() -= widest_prior_;
-  return Evidence{Information(prior.asDiagonal()), Coefficients::Zero()}.log_evidence(motions);
+/// log of the density of the motions, up to a constant.
+double CameraErrors::log_evidence_with(const Coefficients& prior, const DriftHypothesis& errors) const {
+  const Evidence motions = errors.everything() - prior_now(widest_prior_, errors);
+  return prior_now(prior, errors).log_evidence(motions);
 }
 
-/// Whether the motions are much likelier with a large error that does not show in the rows.
-bool CameraErrors::shows_large_error(const Evidence& everything) const {
-  return log_evidence_with(large_error_prior_, everything) - log_evidence_with(usual_prior_, everything) >
-         kLargeErrorEvidence;
+/// log of the Bayes factor of a large error that does not show in the rows.
+double CameraErrors::evidence_of_large_error(const DriftHypothesis& errors) const {
+  return log_evidence_with(large_error_prior_, errors) - log_evidence_with(usual_prior_, errors);
 }
 
 /// Gives the lenses their widest prior, if the motions are much likelier with it than with what the rows
 /// suggest.
 void CameraErrors::notice_lens_error() {
   if (has_lens_error_) return;
-  const Coefficients usual = has_large_error_ ? large_error_prior_ : usual_prior_;
+  const Coefficients usual = prior();
   Coefficients wide = usual;
   allow_lens_error(wide);
-  has_lens_error_ =
-      log_evidence_with(wide, everything_) > log_evidence_with(usual, everything_) + kLargeErrorEvidence;
+  has_lens_error_ = log_evidence_with(wide, used()) > log_evidence_with(usual, used()) + kLargeErrorEvidence;
   if (!has_lens_error_) return;
   allow_lens_error(usual_prior_);
   allow_lens_error(large_error_prior_);
 }
 
-/// Whether the error has been there from the start, and is now known better. If a large error is known, this
-/// means that it was still being learned. Otherwise it is likelier than a turn of a right camera that was not
-/// turned.
-bool CameraErrors::was_so_from_start(const Turn& turn) const {
-  if (!periods_.empty()) return false;
-  if (turn.motions == motions_) return true;
-  if (has_large_error_) return motions_since_begin_ < turn.motions + kLongestWindow;
-  const Evidence since = everything_ - turn.everything_before;
-  return log_evidence_with(large_error_prior_, everything_) >
-         log_evidence_with(usual_prior_, turn.everything_before) + forgotten(turn.before).log_evidence(since);
-}
-
-Evidence CameraErrors::with_prior(const Evidence& everything, bool has_large_error) const {
-  Evidence result = everything;
-  result.information.diagonal() += (has_large_error ? large_error_prior_ : usual_prior_) - widest_prior_;
-  return result;
-}
-
-Evidence CameraErrors::everything() const { return shifted(everything_, origin_); }
-
-Evidence CameraErrors::estimate() const {
-  return shifted(with_prior(everything_, has_large_error_), origin_);
-}
-
-const CameraErrors::Period* CameraErrors::period_of(std::size_t motion) const {
-  const auto period = std::find_if(periods_.begin(), periods_.end(),
-                                   [motion](const Period& p) { return motion < p.motions; });
-  return period == periods_.end() ? nullptr : &*period;
+std::vector<ErrorsDuring> CameraErrors::history() const {
+  Evidence begin = diagonal(prior());
+  if (begin_) begin = *begin_ + (begin - diagonal(widest_prior_));
+  return smoothed_errors(motions_, used().sigmas_px(), changes_, by_displacement_, begin, estimate());
 }
 
 }  // namespace stereo_slam

@@ -5,77 +5,54 @@
 #include <optional>
 #include <vector>
 
-#include <Eigen/Cholesky>
-
-#include <antipode/distributions/gaussian_information.hpp>
-
-#include "stereo_slam/core/types.hpp"
-#include "stereo_slam/rig/lens_residual.hpp"
+#include "stereo_slam/rig/camera_drift.hpp"
 
 namespace stereo_slam {
 
-/// What is known after a change by an error with this covariance.
-template <int N>
-[[nodiscard]] antipode::GaussianInformation<double, N> widened(
-    const antipode::GaussianInformation<double, N>& before, const antipode::Matrix<double, N>& covariance) {
-  using Square = antipode::Matrix<double, N>;
-  const Square wider = before.information.ldlt().solve(Square::Identity()) + covariance;
-  antipode::GaussianInformation<double, N> after{wider.ldlt().solve(Square::Identity())};
-  after.vector = after.information * before.mean();
-  return after;
-}
-
-/// The Gaussian estimate of the errors that only motions show: the disparity offset, which is the horizontal
-/// part of a PairGeometry, and the lenses' LensResidual.
+/// The Gaussian estimate of the errors that only motions show: the disparity offset and the lenses.
 ///
 /// Its prior has the mean zero and the standard deviation that the row offset suggests. Two errors hardly
 /// show in the rows: a wrong column of the right image, and a right camera that is turned sideways. They get
-/// a wide prior if the motions are much likelier with it, and so do the lenses. And if the last motions are
-/// much likelier with a turn of the right camera just before them, what was known of these two errors is
-/// forgotten.
-class CameraErrors {
+/// a wide prior if the motions are much likelier with it, and so do the lenses.
+///
+/// The rig may drift while driving. By how much from one keyframe to the next is one of several hypotheses,
+/// of which the likeliest is used. One that is much less likely goes on from what the likeliest knows, so
+/// that it notices when the rig begins to drift, or comes to rest.
+class CameraErrors : public ErrorTerms {
  public:
-  static constexpr int kOffsetTerms = 10;  ///< those of PairGeometry
-  static constexpr int kTerms = kOffsetTerms + LensResidual::kTerms;
+  static constexpr int kOffsetTerms = kOffset;
+  static constexpr int kTerms = kAll;
   /// Standard deviation of a coefficient of the lenses, relative to that of one of the offset, for rows of
   /// the same size. Learned with 30, those of KITTI are 18 and 10 times as large, and those of EuRoC 32
   /// and 30. With 30, a column that is wrong by 8 px passed for a lens error.
   static constexpr double kLensPerOffset = 15.0;
   /// Change of the coefficients that is too large for derivatives at the earlier ones, px.
   static constexpr double kLargeChange_px = 0.35;
-  using Coefficients = antipode::Vector<double, kTerms>;  ///< px; those of the lenses last
-  using Information = antipode::Matrix<double, kTerms>;
+  /// Part of a change that derivatives get wrong, as seen when an offset of 1 to 5 px is learned.
+  static constexpr double kNotFirstOrder = 0.5;
+  using Information = Covariance;
 
-  using Evidence = antipode::GaussianInformation<double, kTerms>;  ///< 1/px^2, 1/px
-
-  /// The time before a turn of the right camera.
-  struct Period {
-    std::size_t motions = 0;  ///< measured before its end, since the start
-    Evidence estimate;        ///< at its end
-    Coefficients turn_px;     ///< the change of the coefficients at its end
-  };
-
-  CameraErrors() : CameraErrors(1.0) {}
   /// No standard deviation of the prior is larger than `widest_sigma_px`.
-  explicit CameraErrors(double widest_sigma_px);
+  CameraErrors(double widest_sigma_px, const ByDisplacement& by_displacement);
 
   /// Everything added so far and the widest prior.
-  [[nodiscard]] Evidence everything() const;
-  /// Resumes from everything() of another one with the same widest prior, whose errors have drifted since by
-  /// one with the covariance `drift`, px^2. Call expect() before. What the other one learned is dropped once
-  /// the motions are likelier without it.
-  void resume(const Evidence& everything, const Information& drift = Information::Zero());
+  [[nodiscard]] const Evidence& everything() const { return used().everything(); }
+  /// Resumes from everything() and has_large_error() of another one with the same widest prior, whose errors
+  /// have drifted since by one with the covariance `drift`, px^2. Call expect() before. What the other one
+  /// learned is dropped once the motions are likelier without it.
+  void resume(const Evidence& everything, bool has_large_error,
+              const Information& drift = Information::Zero());
   /// Whether what another one had learned was dropped.
   [[nodiscard]] bool dropped_learned() const noexcept { return dropped_learned_; }
 
   /// The standard deviations of the priors of the offset and of the lenses, px.
   void expect(double offset_sigma_px, double lens_sigma_px);
 
-  /// Adds what a motion shows. True if that is a turn of the right camera, at most eight motions ago.
-  bool add(const Evidence& motion);
-
-  /// Adds what a motion shows while the right camera vibrates: a turn is not searched.
-  void add_without_turn(const Evidence& motion);
+  /// Adds what a motion shows that was measured with the coefficients `applied`.
+  void add(const EvidenceOfBoth& motion, const Coefficients& applied);
+  /// Adds what a motion shows while the right camera vibrates, or is late: its displacement is measured
+  /// otherwise.
+  void add_displaced(const EvidenceOfBoth& motion);
 
   /// Forgets most of what is known of the errors that hardly show in the rows: the last motion was measured
   /// without knowing that the right camera moves, by as much as `displacement_px`. The motions so far keep
@@ -83,55 +60,68 @@ class CameraErrors {
   void forget(double displacement_px);
 
   /// The coefficients have changed by this, px, and go on with the uncertainty that they had.
-  void shift(const Coefficients& change);
+  void shift(const Coefficients& change) { change_by({.shift = change}); }
 
   /// Begins with a large error, which is known with this covariance, px and px^2.
   void begin_with(const Coefficients& error, const Information& covariance);
 
   /// Forgets a part: the coefficients have changed by an error with this covariance, px^2.
-  void diffuse(const Information& covariance) { everything_ = widened(everything_, covariance); }
+  void diffuse(const Information& covariance) { change_by({.covariance = covariance}); }
 
   /// Whether it contains an error that is larger than the rows suggest.
-  [[nodiscard]] bool has_large_error() const noexcept { return has_large_error_ || !origin_.isZero(0.0); }
+  [[nodiscard]] bool has_large_error() const noexcept { return has_large_error_ || !shift_.isZero(0.0); }
   /// The estimate now.
-  [[nodiscard]] Evidence estimate() const;
-
-  /// The period of a motion, by the number of those before it; null for the present period.
-  [[nodiscard]] const Period* period_of(std::size_t motion) const;
-  /// The periods before the present one, in order.
-  [[nodiscard]] const std::vector<Period>& periods() const noexcept { return periods_; }
+  [[nodiscard]] Evidence estimate() const { return with_prior(used(), prior()); }
+  /// By how much the right image is displaced from one keyframe to the next: the standard deviation of each
+  /// coefficient of an ImageDisplacement, px. Zero for a rigid rig.
+  [[nodiscard]] double drift_sigma_px() const { return used().sigma_px(); }
+  /// The errors during each of the motions so far.
+  [[nodiscard]] std::vector<ErrorsDuring> history() const;
 
  private:
-  struct Turn {
-    std::size_t motions;         // since then
-    Evidence everything_before;  // with the widest prior
-    Evidence before, after;      // the estimates
-    Coefficients change_px;      // of the coefficients
+  /// The hypotheses of how the rig drifts, with one of the priors.
+  struct Alternative {
+    std::vector<DriftHypothesis> hypotheses;
+    std::size_t likeliest = 0;
+
+    [[nodiscard]] const DriftHypothesis& used() const { return hypotheses[likeliest]; }
+    void select(double least_log_factor);
+  };
+  /// What is known if nothing was learned by another one.
+  struct Fresh {
+    DriftHypothesis errors;
+    double log_factor;  // of its likelihood, relative to that with what was learned
   };
 
-  [[nodiscard]] std::optional<Turn> find_turn() const;
-  [[nodiscard]] double log_evidence_with(const Coefficients& prior, const Evidence& everything) const;
-  [[nodiscard]] bool shows_large_error(const Evidence& everything) const;
+  [[nodiscard]] const DriftHypothesis& used() const {
+    return (has_large_error_ ? large_error_ : usual_).used();
+  }
+  void add_to(Alternative& alternative, const Coefficients& prior, const EvidenceOfBoth& motion) const;
+  void change_by(ErrorChange change);
+  [[nodiscard]] Evidence prior_now(const Coefficients& prior, const DriftHypothesis& errors) const;
+  [[nodiscard]] Evidence with_prior(const DriftHypothesis& errors, const Coefficients& prior) const;
+  [[nodiscard]] const Coefficients& prior() const {
+    return has_large_error_ ? large_error_prior_ : usual_prior_;
+  }
+  [[nodiscard]] double log_evidence_with(const Coefficients& prior, const DriftHypothesis& errors) const;
+  [[nodiscard]] double evidence_of_large_error(const DriftHypothesis& errors) const;
+  void notice_large_error();
   void notice_lens_error();
-  void check_learned(const std::optional<Turn>& turn);
   void allow_lens_error(Coefficients& prior) const;
-  [[nodiscard]] bool was_so_from_start(const Turn& turn) const;
-  [[nodiscard]] Evidence with_prior(const Evidence& everything, bool has_large_error) const;
-  void begin_again(const Evidence& estimate);
+  void begin_hypotheses(const Evidence& everything);
+  void check_learned(const EvidenceOfBoth& motion, const DriftHypothesis& before);
 
-  Evidence everything_;                         // of the coefficients less `origin_`
-  Coefficients origin_ = Coefficients::Zero();  // px
-  std::optional<Evidence> learned_;             // by another one, from which this one resumed
+  ByDisplacement by_displacement_;
+  Alternative usual_, large_error_;
+  Coefficients shift_ = Coefficients::Zero();  // by all changes, px
+  std::optional<Evidence> begin_;              // what another one had learned, if this one resumed
+  std::optional<Fresh> fresh_;                 // the same is not dropped yet
   bool dropped_learned_ = false;
   Coefficients widest_prior_, usual_prior_, large_error_prior_;  // information, 1/px^2
   bool has_large_error_ = false;
   bool has_lens_error_ = false;
-  Coefficients begun_with_ =
-      Coefficients::Zero();       // the coefficients with which the first motions were measured, px
-  std::vector<Evidence> recent_;  // of the last motions
-  std::vector<Period> periods_;
-  std::size_t motions_ = 0;
-  std::size_t motions_since_begin_ = 0;  // since begin_again()
+  std::vector<EvidenceOfBoth> motions_;  // that were added
+  std::vector<ErrorChange> changes_;
 };
 
 }  // namespace stereo_slam

@@ -42,21 +42,31 @@ constexpr int kOwnOf = kRig == Rig::kRigid       ? 0
                        : kRig == Rig::kVibrating ? kShift
                                                  : 3;
 
-/// The evidence of the first coefficients, if the last ones are known to a standard deviation each.
+/// The evidence of the first numbers, if the last ones are known to a standard deviation each.
 template <int kAll>
-[[nodiscard]] CameraErrors::Evidence without_exposures(
+[[nodiscard]] antipode::GaussianInformation<double, kAll - 1 - LatePoint::kTerms> without_exposures(
     const antipode::GaussianInformation<double, kAll>& all,
     const antipode::Vector<double, 1 + LatePoint::kTerms>& sigma) {
-  constexpr int kLate = 1 + LatePoint::kTerms;
+  constexpr int kLate = 1 + LatePoint::kTerms, kRest = kAll - kLate;
   constexpr double kLeast = 1e-9;  // of a standard deviation, far below all that matters
   antipode::Matrix<double, kLate> late = all.information.template bottomRightCorner<kLate, kLate>();
   late.diagonal() += sigma.cwiseMax(kLeast).cwiseAbs2().cwiseInverse();
-  const antipode::Matrix<double, kErrors, kLate> cross =
-      all.information.template topRightCorner<kErrors, kLate>();
+  const antipode::Matrix<double, kRest, kLate> cross =
+      all.information.template topRightCorner<kRest, kLate>();
   const Eigen::LDLT<antipode::Matrix<double, kLate>> factor(late);
-  return {
-      all.information.template topLeftCorner<kErrors, kErrors>() - cross * factor.solve(cross.transpose()),
-      all.vector.template head<kErrors>() - cross * factor.solve(all.vector.template tail<kLate>())};
+  return {all.information.template topLeftCorner<kRest, kRest>() - cross * factor.solve(cross.transpose()),
+          all.vector.template head<kRest>() - cross * factor.solve(all.vector.template tail<kLate>())};
+}
+
+/// The evidence of the coefficients and of those of the field in the second frame alone, as one of the
+/// coefficients and a displacement.
+[[nodiscard]] ErrorTerms::EvidenceOfBoth with_displacement(
+    const antipode::GaussianInformation<double, kErrors + kField>& all, const StereoCamera& camera) {
+  Eigen::Matrix<double, kErrors + kField, ErrorTerms::kBoth> by =
+      Eigen::Matrix<double, kErrors + kField, ErrorTerms::kBoth>::Zero();
+  by.topLeftCorner<kErrors, kErrors>().setIdentity();
+  by.bottomRightCorner<kField, kShift>() = DisplacementTerms(camera).disparity.topRows<kField>();
+  return {by.transpose() * all.information * by, by.transpose() * all.vector};
 }
 
 /// Adds that hardly anything is known of the displacement.
@@ -108,17 +118,20 @@ template <Rig kRig>
   const auto evidence = sums.evidence(*root);
   MotionEvidence result;
   result.derivative = derivative.template topLeftCorner<kMotion, kErrors>();
-  result.derivative_by_second.leftCols<kField>() = derivative.template block<kMotion, kField>(0, kErrors);
-  result.evidence = {evidence.information.template topLeftCorner<kErrors, kErrors>(),
-                     evidence.vector.template head<kErrors>()};
+  result.derivative_by_displacement = derivative.template block<kMotion, kField>(0, kErrors) *
+                                      DisplacementTerms(camera).disparity.topRows<kField>();
+  constexpr int kBoth = kErrors + kField;
+  result.evidence = with_displacement(
+      {evidence.information.template topLeftCorner<kBoth, kBoth>(), evidence.vector.template head<kBoth>()},
+      camera);
   if constexpr (kRig == Rig::kLate) {
     const Eigen::Matrix<double, kMotion, kLate> by_exposures =
         derivative.template topRightCorner<kMotion, kLate>();
     const Eigen::Matrix<double, kMotion, kLate> by_sigma = by_exposures * motion.sigma_late.asDiagonal();
     result.derivative_by_delay = by_exposures.col(0);
     result.exposure_covariance = by_sigma * by_sigma.transpose();
-    result.evidence =
-        without_exposures<kConsidered>({evidence.information, evidence.vector}, motion.sigma_late);
+    result.evidence = with_displacement(
+        without_exposures<kConsidered>({evidence.information, evidence.vector}, motion.sigma_late), camera);
   }
   return result;
 }
@@ -133,7 +146,7 @@ std::optional<MotionEvidence> evidence_of_motion(const SeenMotion& motion, const
                                      : evidence_of<Rig::kRigid>(motion, geometry, camera);
   // The sums are about the coefficients applied, the evidence is on the coefficients themselves.
   if (!result) return std::nullopt;
-  result->evidence.vector += result->evidence.information * applied;
+  result->evidence.vector += result->evidence.information.leftCols<kErrors>() * applied;
   result->applied = applied;
   result->vibrates = vibrates;
   return result;

@@ -19,17 +19,20 @@ struct MotionEvidence {
   using Derivative = Eigen::Matrix<double, 6, CameraErrors::kTerms>;
 
   Derivative derivative = Derivative::Zero();  ///< d motion / d coefficients
-  /// d motion / d coefficients of the second frame alone, if the right camera turns in between
-  Derivative derivative_by_second = Derivative::Zero();
+  /// d motion / d displacement of the second right image against the first
+  Eigen::Matrix<double, 6, ImageDisplacement::kTerms> derivative_by_displacement =
+      Eigen::Matrix<double, 6, ImageDisplacement::kTerms>::Zero();
   Vector6<double> derivative_by_delay =
       Vector6<double>::Zero();  ///< d motion / d delay of the right images, per s
   Matrix6<double> exposure_covariance =
       Matrix6<double>::Zero();  ///< of the motion, due to those until late right images were exposed
   CameraErrors::Coefficients applied = CameraErrors::Coefficients::Zero();  ///< when it was measured, px
-  double applied_delay_s = 0.0;                                             ///< likewise
-  CameraErrors::Evidence evidence;  ///< what it shows of the coefficients
-  bool vibrates = false;            ///< the right camera did: these coefficients held for this motion only
-  std::size_t motion = 0;           ///< how many were measured before
+  ImageDisplacement::Coefficients applied_displacement =
+      ImageDisplacement::Coefficients::Zero();  ///< likewise
+  double applied_delay_s = 0.0;                 ///< likewise
+  ErrorTerms::EvidenceOfBoth evidence;  ///< what it shows of the coefficients and of that displacement
+  bool vibrates = false;   ///< the right camera did: these coefficients held for this motion only
+  std::size_t motion = 0;  ///< how many were measured before
   Matrix6<double> covariance = Matrix6<double>::Zero();  ///< of the motion, due to that of the coefficients
 };
 

@@ -40,24 +40,6 @@ constexpr std::size_t kMinCorners = 50;  // for a displacement and a roll of the
   return fit_line(points, {.offset = median(std::move(rows_px))}, kLeastScale_px);
 }
 
-/// The coefficients of an offset that a displacement amounts to, in the disparities and in the rows.
-struct DisplacementTerms {
-  Eigen::Matrix<double, CameraErrors::kTerms, ImageDisplacement::kTerms> disparity;
-  Eigen::Matrix<double, PairGeometry::kTerms, ImageDisplacement::kTerms> rows;
-
-  explicit DisplacementTerms(const StereoCamera& camera) {
-    const double x = 0.5 * camera.width_px / camera.fx, y = 0.5 * camera.height_px / camera.fy;
-    disparity.setZero();
-    rows.setZero();
-    disparity(0, 0) = rows(0, 1) = 1.0;
-    disparity(2, 2) = -y;
-    rows(1, 2) = x;
-    disparity(3, 3) = x * x;
-    rows(4, 3) = disparity(4, 4) = x * y;
-    rows(5, 4) = y * y;
-  }
-};
-
 }  // namespace
 
 RectificationEstimator::RectificationEstimator(const StereoCamera& camera,
@@ -65,7 +47,7 @@ RectificationEstimator::RectificationEstimator(const StereoCamera& camera,
     : camera_(camera),
       row_sigma_px_(settings.row_sigma_px),
       delay_(settings.row_sigma_px),
-      disparity_(settings.disparity_sigma_px) {
+      disparity_(settings.disparity_sigma_px, DisplacementTerms(camera).disparity) {
   rows_.information /= row_sigma_px_ * row_sigma_px_;
   expect_disparity_offset();
 }
@@ -78,7 +60,8 @@ RectificationEstimator RectificationEstimator::resumed(const StereoCamera& camer
   estimator.lens_ = estimate.lens;
   estimator.rows_ = {estimate.row_information, estimate.row_vector};
   estimator.expect_disparity_offset();
-  estimator.disparity_.resume({estimate.disparity_information, estimate.disparity_vector});
+  estimator.disparity_.resume({estimate.disparity_information, estimate.disparity_vector},
+                              estimate.has_large_error);
   if (estimate.delay) estimator.delay_.begin_with(*estimate.delay);
   return estimator;
 }
@@ -94,6 +77,7 @@ RectificationEstimator RectificationEstimator::after_drift(const StereoCamera& c
   const DisplacementTerms terms(camera);
   RectificationEstimator estimator = resumed(camera, settings, estimate);
   estimator.disparity_.resume({estimate.disparity_information, estimate.disparity_vector},
+                              estimate.has_large_error,
                               terms.disparity * drift * terms.disparity.transpose());
   const RectificationEstimate::Information of_rows = terms.rows * drift * terms.rows.transpose();
   estimator.rows_ = widened(estimator.rows_, of_rows);
@@ -112,8 +96,8 @@ bool RectificationEstimator::contradicts_learned() const {
 
 RectificationEstimate RectificationEstimator::estimate() const {
   const auto& disparity = disparity_.everything();
-  return {coefficients_,    lens_,  rows_.information, rows_.vector, disparity.information,
-          disparity.vector, delay()};
+  return {coefficients_,    lens_,   rows_.information,           rows_.vector, disparity.information,
+          disparity.vector, delay(), disparity_.has_large_error()};
 }
 
 LensEstimate RectificationEstimator::lens_error() const {
@@ -198,18 +182,28 @@ MotionEvidence RectificationEstimator::consider_motion(const SeenMotion& motion)
 
 MotionEvidence RectificationEstimator::add_motion(const SeenMotion& motion, double confidence,
                                                   bool vibrates) {
-  noticed_turn_ = false;
   auto shown = measured(motion, vibrates);
   if (!shown) return {};
   ++motions_;
   shown->evidence = {confidence * shown->evidence.information, confidence * shown->evidence.vector};
-  const bool turns = !vibrates && motion.late.empty();
-  noticed_turn_ = turns && disparity_.add(shown->evidence);
-  if (!turns) disparity_.add_without_turn(shown->evidence);
+  if (!vibrates && motion.late.empty()) {
+    disparity_.add(shown->evidence, applied());
+    displace_rows(disparity_.drift_sigma_px());
+  } else {
+    disparity_.add_displaced(shown->evidence);
+  }
   const Vector3<double> path_m = motion.T_first_second.inverse().translation();
   length_derivative_m2_ -= shown->derivative.bottomRows<3>().transpose() * path_m;
   squared_length_m2_ += path_m.squaredNorm();
   return *std::move(shown);
+}
+
+/// The right image may have been displaced by this in each coefficient since the rows were measured.
+void RectificationEstimator::displace_rows(double sigma_px) {
+  if (!(sigma_px > 0.0)) return;
+  const auto terms = DisplacementTerms(camera_).rows;
+  const RectificationEstimate::Information change = sigma_px * sigma_px * terms * terms.transpose();
+  rows_ = widened(rows_, change);
 }
 
 /// What a motion shows, which is measured with the coefficients and the delay in use.
@@ -233,12 +227,25 @@ std::optional<FrameDependence> RectificationEstimator::dependence_of(const SeenM
                          shown->covariance.cast<float>()};
 }
 
-/// Best estimate of the coefficients between the turns of the right camera before and after the motion. Those
-/// of a vibrating rig held for the motion alone.
-CameraErrors::Coefficients RectificationEstimator::estimate_of_period(const MotionEvidence& motion) const {
-  if (motion.vibrates) return motion.applied;
-  const auto* period = disparity_.period_of(motion.motion);
-  return period ? period->estimate.mean() : applied();
+/// The errors of now, and what is expected until the next keyframe.
+ErrorsDuring RectificationEstimator::errors_now() const {
+  constexpr int kErrors = CameraErrors::kTerms;
+  const CameraErrors::Evidence now = disparity_.estimate();
+  const double sigma_px = disparity_.drift_sigma_px();
+  ErrorsDuring result;
+  result.mean.head<kErrors>() = now.mean();
+  result.covariance.topLeftCorner<kErrors, kErrors>() = now.covariance();
+  result.covariance.diagonal().tail<ImageDisplacement::kTerms>().setConstant(sigma_px * sigma_px);
+  return result;
+}
+
+/// The errors during a motion that was added, or the estimate now; those of a vibrating rig held for the
+/// motion alone.
+ErrorsDuring RectificationEstimator::errors_during(const MotionEvidence& motion,
+                                                   const History& history) const {
+  ErrorsDuring result = motion.motion < history.size() ? history[motion.motion] : errors_now();
+  if (motion.vibrates) result.mean << motion.applied, ImageDisplacement::Coefficients::Zero();
+  return result;
 }
 
 /// The coefficients in use.
@@ -248,13 +255,23 @@ CameraErrors::Coefficients RectificationEstimator::applied() const {
   return result;
 }
 
-CameraErrors::Coefficients RectificationEstimator::coefficients_during(const MotionEvidence& motion) const {
+/// The errors that hold for a motion: those that are known now, unless it contradicts a large change.
+ErrorsDuring RectificationEstimator::believed_during(const MotionEvidence& motion,
+                                                     const History& history) const {
   constexpr double kContradiction = 12.0;  // log of a likelihood ratio
-  const CameraErrors::Coefficients estimate = estimate_of_period(motion);
+  ErrorsDuring errors = errors_during(motion, history);
+  decltype(errors.mean) applied;
+  applied << motion.applied, motion.applied_displacement;
   const bool contradicts =
-      is_large(estimate - motion.applied) &&
-      motion.evidence.log_density(motion.applied) > motion.evidence.log_density(estimate) + kContradiction;
-  return contradicts ? motion.applied : estimate;
+      is_large(errors.coefficients() - motion.applied) &&
+      motion.evidence.log_density(applied) > motion.evidence.log_density(errors.mean) + kContradiction;
+  if (contradicts) errors.mean = applied;
+  return errors;
+}
+
+CameraErrors::Coefficients RectificationEstimator::coefficients_during(const MotionEvidence& motion,
+                                                                       const History& history) const {
+  return believed_during(motion, history).coefficients();
 }
 
 /// Change of a motion if it is measured with these coefficients, and the best estimate of the delay, to first
@@ -265,71 +282,74 @@ Vector6<double> RectificationEstimator::change_by(const MotionEvidence& motion,
          motion.derivative_by_delay * (used_delay().seconds - motion.applied_delay_s);
 }
 
-/// Change of a motion if it is measured with the best estimate so far, to first order.
-Vector6<double> RectificationEstimator::change_of(const MotionEvidence& motion) const {
-  return change_by(motion, coefficients_during(motion));
-}
-
 Vector6<double> RectificationEstimator::change_in_use(const MotionEvidence& motion) const {
   if (motion.vibrates) return Vector6<double>::Zero();
   return change_by(motion, applied());
 }
 
-/// Covariance of change_of(), as far as it is not of first order: zero unless the estimate changed much.
-Matrix6<double> RectificationEstimator::nonlinearity_of(const MotionEvidence& motion) const {
-  constexpr double kNotFirstOrder = 0.5;  // of the change, as seen when an offset of 1 to 5 px is learned
-  const CameraErrors::Coefficients change = estimate_of_period(motion) - motion.applied;
+/// Covariance of the change of a motion, as far as it is not of first order: zero unless the estimate changed
+/// much.
+Matrix6<double> RectificationEstimator::nonlinearity_of(const MotionEvidence& motion,
+                                                        const ErrorsDuring& errors) {
+  const CameraErrors::Coefficients change = errors.coefficients() - motion.applied;
   if (!is_large(change)) return Matrix6<double>::Zero();
-  const Vector6<double> error = kNotFirstOrder * motion.derivative * change;
+  const Vector6<double> error = CameraErrors::kNotFirstOrder * motion.derivative * change;
   return error * error.transpose();
 }
 
 Matrix6<double> RectificationEstimator::covariance_of(const MotionEvidence& motion) const {
-  return covariance_of(motion, motion.derivative);
+  return covariance_of(motion, motion.derivative, errors_now());
 }
 
 Matrix6<double> RectificationEstimator::covariance_besides_scale(const MotionEvidence& motion,
                                                                  const Pose& T_first_second) const {
-  if (disparity_.period_of(motion.motion)) return covariance_of(motion);
+  return covariance_besides_scale(motion, T_first_second, errors_now());
+}
+
+Matrix6<double> RectificationEstimator::covariance_besides_scale(const MotionEvidence& motion,
+                                                                 const Pose& T_first_second,
+                                                                 const ErrorsDuring& errors) const {
   auto derivative = motion.derivative;
   derivative.bottomRows<3>() += T_first_second.inverse().translation() * scale_derivative().transpose();
-  return covariance_of(motion, derivative);
+  return covariance_of(motion, derivative, errors);
 }
 
-/// As covariance_of(), with another derivative of the motion with respect to the coefficients.
+/// Covariance of a motion due to that of the errors, with this derivative with respect to the coefficients.
 Matrix6<double> RectificationEstimator::covariance_of(const MotionEvidence& motion,
-                                                      const MotionEvidence::Derivative& derivative) const {
-  const auto* period = disparity_.period_of(motion.motion);
-  const Eigen::LDLT<CameraErrors::Information> information(
-      (period ? period->estimate : disparity_.estimate()).information);
-  Matrix6<double> covariance = derivative * information.solve(derivative.transpose());
-  for (const auto& before : disparity_.periods()) {
-    if (motion.motion + 1 != before.motions && motion.motion != before.motions) continue;
-    const Vector6<double> change = motion.derivative_by_second * before.turn_px;
-    covariance += change * change.transpose();
-  }
-  return covariance;
+                                                      const MotionEvidence::Derivative& derivative,
+                                                      const ErrorsDuring& errors) {
+  Eigen::Matrix<double, 6, ErrorTerms::kBoth> by_errors;
+  by_errors << derivative, motion.derivative_by_displacement;
+  return by_errors * errors.covariance * by_errors.transpose();
 }
 
-MotionChange RectificationEstimator::correct(MotionEvidence& motion, const Pose& T_first_second) const {
-  MotionChange result{.change = change_of(motion), .nonlinearity = nonlinearity_of(motion)};
+MotionChange RectificationEstimator::correct(MotionEvidence& motion, const Pose& T_first_second,
+                                             const History& history) const {
+  const ErrorsDuring shown = errors_during(motion, history), errors = believed_during(motion, history);
+  const ImageDisplacement::Coefficients displacement = errors.displacement();
+  MotionChange result{
+      .change = change_by(motion, errors.coefficients()) +
+                motion.derivative_by_displacement * (displacement - motion.applied_displacement),
+      .nonlinearity = nonlinearity_of(motion, shown)};
   if (motion.derivative.isZero(0.0) || motion.vibrates) return result;
   result.is_corrected = true;
   result.covariance_before = motion.covariance;
-  result.covariance = covariance_besides_scale(motion, result.of(T_first_second));
+  result.covariance = covariance_besides_scale(motion, result.of(T_first_second), errors);
   motion.covariance = result.covariance;
-  motion.applied = coefficients_during(motion);
+  motion.applied = errors.coefficients();
+  motion.applied_displacement = displacement;
   return result;
 }
 
 MotionChange RectificationEstimator::correct(const FrameDependence& frame, const MotionEvidence& motion,
-                                             const Pose& T_first_frame) const {
+                                             const Pose& T_first_frame, const History& history) const {
   if (motion.derivative.isZero(0.0)) return {};
   MotionEvidence to_frame = motion;
   to_frame.derivative = frame.derivative.cast<double>();
+  to_frame.derivative_by_displacement.setZero();
   to_frame.derivative_by_delay = frame.derivative_by_delay.cast<double>();
   to_frame.covariance = frame.covariance.cast<double>();
-  return correct(to_frame, T_first_frame);
+  return correct(to_frame, T_first_frame, history);
 }
 
 double RectificationEstimator::scale_sigma() const {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -35,6 +36,7 @@ struct RectificationEstimate {
   CameraErrors::Information disparity_information = CameraErrors::Information::Identity();  ///< 1/px^2
   CameraErrors::Coefficients disparity_vector = CameraErrors::Coefficients::Zero();         ///< 1/px
   std::optional<DelayEstimate> delay{};  ///< of the right images; nothing if none is known
+  bool has_large_error = false;          ///< of the disparities; what is known tells, too, if it is clear
 };
 
 /// Estimates what the rectification has left while driving, as a Gaussian whose mean is fitted recursively.
@@ -49,6 +51,8 @@ struct RectificationEstimate {
 /// changed before enough motions were measured.
 class RectificationEstimator {
  public:
+  using History = std::vector<ErrorsDuring>;  ///< the errors during each motion
+
   RectificationEstimator() = default;
   RectificationEstimator(const StereoCamera& camera, const OnlineRectificationSettings& settings);
 
@@ -123,21 +127,20 @@ class RectificationEstimator {
   /// Whether the disparity offset contains an error that is larger than the rows suggest.
   [[nodiscard]] bool has_large_error() const noexcept { return disparity_.has_large_error(); }
 
-  /// Whether the last motion showed that the right camera has turned.
-  [[nodiscard]] bool noticed_turn() const noexcept { return noticed_turn_; }
+  /// Best estimates so far of the errors during the motions that were added.
+  [[nodiscard]] History history() const { return disparity_.history(); }
 
-  /// Best estimate so far of the coefficients of the disparity offset when a motion was measured, px. It
-  /// differs from that of current() if the right camera has turned since, and is the estimate of that time if
-  /// the motion itself contradicts a large change.
-  [[nodiscard]] CameraErrors::Coefficients coefficients_during(const MotionEvidence& motion) const;
+  /// The coefficients of the disparity offset when a motion was measured, px, as history() tells, or of now
+  /// without it. If the motion itself contradicts a large change, they are those of that time.
+  [[nodiscard]] CameraErrors::Coefficients coefficients_during(const MotionEvidence& motion,
+                                                               const History& history = {}) const;
 
-  /// Covariance of a motion due to the present uncertainty of the disparity offset, and of a turn of the
-  /// right camera during the motion.
+  /// Covariance of a motion due to the present uncertainty of the disparity offset, and of its drift during
+  /// the motion.
   [[nodiscard]] Matrix6<double> covariance_of(const MotionEvidence& motion) const;
 
   /// covariance_of() without the error of the scale that all motions share, whose standard deviation is
-  /// scale_sigma(). For a motion that was corrected to the best estimate so far. A motion before
-  /// a turn of the right camera keeps all of it.
+  /// scale_sigma(). For a motion that was corrected to the best estimate so far.
   [[nodiscard]] Matrix6<double> covariance_besides_scale(const MotionEvidence& motion,
                                                          const Pose& T_first_second) const;
 
@@ -146,11 +149,12 @@ class RectificationEstimator {
   [[nodiscard]] Vector6<double> change_in_use(const MotionEvidence& motion) const;
 
   /// What was learned since a motion was measured. Afterwards the motion counts as measured with the best
-  /// estimate so far.
-  [[nodiscard]] MotionChange correct(MotionEvidence& motion, const Pose& T_first_second) const;
+  /// estimate so far: that of history(), or of now without it.
+  [[nodiscard]] MotionChange correct(MotionEvidence& motion, const Pose& T_first_second,
+                                     const History& history = {}) const;
   /// The same of a frame before the second keyframe of a motion that is not corrected yet.
   [[nodiscard]] MotionChange correct(const FrameDependence& frame, const MotionEvidence& motion,
-                                     const Pose& T_first_frame) const;
+                                     const Pose& T_first_frame, const History& history = {}) const;
 
   /// Relative standard deviation of all lengths due to the present uncertainty of the disparity offset. Zero
   /// before the first motion.
@@ -180,14 +184,21 @@ class RectificationEstimator {
   void expect_disparity_offset();
   [[nodiscard]] CameraErrors::Coefficients applied() const;
   [[nodiscard]] CameraErrors::Coefficients scale_derivative() const;
-  [[nodiscard]] Matrix6<double> covariance_of(const MotionEvidence& motion,
-                                              const MotionEvidence::Derivative& derivative) const;
+  [[nodiscard]] static Matrix6<double> covariance_of(const MotionEvidence& motion,
+                                                     const MotionEvidence::Derivative& derivative,
+                                                     const ErrorsDuring& errors);
+  [[nodiscard]] Matrix6<double> covariance_besides_scale(const MotionEvidence& motion,
+                                                         const Pose& T_first_second,
+                                                         const ErrorsDuring& errors) const;
   [[nodiscard]] Vector6<double> change_by(const MotionEvidence& motion,
                                           const CameraErrors::Coefficients& coefficients) const;
-  [[nodiscard]] Vector6<double> change_of(const MotionEvidence& motion) const;
-  [[nodiscard]] Matrix6<double> nonlinearity_of(const MotionEvidence& motion) const;
+  [[nodiscard]] static Matrix6<double> nonlinearity_of(const MotionEvidence& motion,
+                                                       const ErrorsDuring& errors);
   [[nodiscard]] DelayEstimate used_delay() const { return delay_.used().value_or(DelayEstimate{}); }
-  [[nodiscard]] CameraErrors::Coefficients estimate_of_period(const MotionEvidence& motion) const;
+  [[nodiscard]] ErrorsDuring errors_now() const;
+  [[nodiscard]] ErrorsDuring errors_during(const MotionEvidence& motion, const History& history) const;
+  [[nodiscard]] ErrorsDuring believed_during(const MotionEvidence& motion, const History& history) const;
+  void displace_rows(double sigma_px);
 
   StereoCamera camera_;
   double row_sigma_px_ = 1.0;  // prior standard deviation of a row coefficient
@@ -197,9 +208,8 @@ class RectificationEstimator {
   std::optional<RowInformation> learned_rows_{};  // of after_drift()
   bool rows_contradict_learned_ = false;
   ExposureDelay delay_;
-  CameraErrors disparity_;
+  CameraErrors disparity_{1.0, ErrorTerms::ByDisplacement::Zero()};
   std::size_t motions_ = 0;
-  bool noticed_turn_ = false;
   // Sums over the motions: length times d length / d coefficients, squared length.
   CameraErrors::Coefficients length_derivative_m2_ = CameraErrors::Coefficients::Zero();
   double squared_length_m2_ = 0.0;

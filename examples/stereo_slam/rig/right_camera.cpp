@@ -285,15 +285,15 @@ KeyframeMotion RightCamera::refine(const SeenMotion& by_landmarks, const SeenMot
   }
   vibration_.begin_keyframe();
   rectification_.advance();
-  if (rectification_.noticed_turn()) image_.monitor.distrust();
   return keep(shown, before);
 }
 
 std::vector<MotionChange> RightCamera::correct(const std::vector<Pose>& motions) {
   std::vector<MotionChange> changes;
   if (!settings_.enabled) return changes;
+  const auto history = rectification_.history();
   for (std::size_t i = 0; i < motions.size(); ++i)
-    changes.push_back(rectification_.correct(motions_.at(i), motions[i]));
+    changes.push_back(rectification_.correct(motions_.at(i), motions[i], history));
   return changes;
 }
 
@@ -307,10 +307,11 @@ Matrix6<double> RightCamera::note_frame(std::size_t position, const SeenMotion& 
 
 std::vector<FrameChange> RightCamera::frame_changes(const std::vector<Pose>& T_keyframe_frame) const {
   std::vector<FrameChange> changes;
+  const auto history = rectification_.history();
   for (const auto& frame : frames_) {
     if (frame.keyframe == motions_.size()) break;  // nothing was learned since the last keyframe
     changes.push_back({frame.position, rectification_.correct(frame.dependence, motions_[frame.keyframe],
-                                                              T_keyframe_frame.at(frame.position))});
+                                                              T_keyframe_frame.at(frame.position), history)});
   }
   return changes;
 }

@@ -171,12 +171,9 @@ class RightCamera {
 
   // What changed.
 
-  /// Whether the last motion showed that the right camera has turned.
-  [[nodiscard]] bool noticed_turn() const noexcept { return came_to_rest_ || rectification_.noticed_turn(); }
-  /// Whether this turn was measured in every frame since, so that the covariances contain it.
-  [[nodiscard]] bool measured_turn() const noexcept {
-    return came_to_rest_ && !rectification_.noticed_turn();
-  }
+  /// Whether the last keyframe told that the right camera was turned. That was measured in every frame since
+  /// it happened.
+  [[nodiscard]] bool noticed_turn() const noexcept { return came_to_rest_; }
   /// What the uncertainty of the motions until the late right images of the last keyframe and of the last
   /// frame were exposed adds to the covariance of the motion between them.
   [[nodiscard]] Matrix6<double> exposure_covariance(const SeenMotion& motion) const;

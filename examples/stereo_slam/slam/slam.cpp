@@ -55,7 +55,7 @@ FrameResult Slam::process(const StereoFrame& recorded, AssociationTrace* trace) 
     integrate(tracked, images, result);  // trajectory, keyframes
     matches = tracked.matches;
     evidence.basis = tracked.basis();
-    evidence.turn_measured = result.is_keyframe && right_camera_.measured_turn();
+    evidence.turn_measured = result.is_keyframe && right_camera_.noticed_turn();
   } else {
     initialise(images, result);
     evidence.begins_map = reference_.begun();

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: MIT
+#include "stereo_slam/rig/camera_drift.hpp"
+
+#include <algorithm>
+
+#include <Eigen/Cholesky>
+
+namespace stereo_slam {
+namespace {
+
+constexpr int kCoefficients = ErrorTerms::kAll;
+constexpr int kDisplaced = ImageDisplacement::kTerms;
+using Evidence = ErrorTerms::Evidence;
+using EvidenceOfBoth = ErrorTerms::EvidenceOfBoth;
+using Both = antipode::Matrix<double, ErrorTerms::kBoth>;
+
+/// What is known of the errors and of a displacement that is known to a standard deviation.
+[[nodiscard]] EvidenceOfBoth with_displacement(const Evidence& errors, double sigma_px) {
+  EvidenceOfBoth result;
+  result.information.topLeftCorner<kCoefficients, kCoefficients>() = errors.information;
+  result.information.diagonal().tail<kDisplaced>().setConstant(1.0 / (sigma_px * sigma_px));
+  result.vector.head<kCoefficients>() = errors.vector;
+  return result;
+}
+
+/// What is known of the errors after the displacement.
+[[nodiscard]] Evidence displaced(const EvidenceOfBoth& before,
+                                 const ErrorTerms::ByDisplacement& by_displacement) {
+  Both back = Both::Identity();  // (errors after, displacement) -> (errors before, displacement)
+  back.topRightCorner<kCoefficients, kDisplaced>() = -by_displacement;
+  const Both information = back.transpose() * before.information * back;
+  const auto vector = (back.transpose() * before.vector).eval();
+  const Eigen::Matrix<double, kCoefficients, kDisplaced> cross =
+      information.topRightCorner<kCoefficients, kDisplaced>();
+  const Eigen::LDLT<ImageDisplacement::Covariance> inner(
+      information.bottomRightCorner<kDisplaced, kDisplaced>());
+  return {information.topLeftCorner<kCoefficients, kCoefficients>() - cross * inner.solve(cross.transpose()),
+          vector.head<kCoefficients>() - cross * inner.solve(vector.tail<kDisplaced>())};
+}
+
+[[nodiscard]] Evidence changed(const Evidence& before, const ErrorChange& change) {
+  Evidence after = change.covariance.isZero(0.0) ? before : widened(before, change.covariance);
+  after.vector += after.information * change.shift;
+  return after;
+}
+
+/// Mean and covariance of errors and displacement, which is zero for a rigid rig.
+[[nodiscard]] ErrorsDuring moments(const Evidence& known, const EvidenceOfBoth& motion, double sigma_px) {
+  ErrorsDuring result;
+  if (sigma_px > 0.0) {
+    const EvidenceOfBoth all = with_displacement(known, sigma_px) + motion;
+    result = {all.mean(), all.covariance()};
+  } else {
+    const Evidence all = known + of_rigid_rig(motion);
+    result.mean.head<kCoefficients>() = all.mean();
+    result.covariance.topLeftCorner<kCoefficients, kCoefficients>() = all.covariance();
+  }
+  return result;
+}
+
+}  // namespace
+
+DisplacementTerms::DisplacementTerms(const StereoCamera& camera) {
+  const double x = 0.5 * camera.width_px / camera.fx, y = 0.5 * camera.height_px / camera.fy;
+  disparity(0, 0) = rows(0, 1) = 1.0;
+  disparity(2, 2) = -y;
+  rows(1, 2) = x;
+  disparity(3, 3) = x * x;
+  rows(4, 3) = disparity(4, 4) = x * y;
+  rows(5, 4) = y * y;
+}
+
+double DriftHypothesis::log_likelihood_of(const EvidenceOfBoth& motion, const Evidence& known) const {
+  return sigma_px_ > 0.0 ? with_displacement(known, sigma_px_).log_evidence(motion)
+                         : known.log_evidence(of_rigid_rig(motion));
+}
+
+void DriftHypothesis::add(const EvidenceOfBoth& motion, double log_likelihood) {
+  log_likelihood_ += log_likelihood;
+  sigmas_px_.push_back(static_cast<float>(sigma_px_));
+  if (sigma_px_ > 0.0) {
+    everything_ = displaced(with_displacement(everything_, sigma_px_) + motion, by_displacement_);
+    spread_px2_ += sigma_px_ * sigma_px_ * by_displacement_ * by_displacement_.transpose();
+  } else {
+    everything_ = everything_ + of_rigid_rig(motion);
+  }
+}
+
+void DriftHypothesis::add_displaced(const Evidence& motion) {
+  everything_ = everything_ + motion;
+  sigmas_px_.push_back(0.0F);
+}
+
+void DriftHypothesis::change(const ErrorChange& change) {
+  everything_ = changed(everything_, change);
+  if (!change.only_forgets) spread_px2_ += change.covariance;
+}
+
+void DriftHypothesis::continue_from(const DriftHypothesis& likelier, double log_factor) {
+  everything_ = likelier.everything_;
+  spread_px2_ = likelier.spread_px2_;
+  sigmas_px_ = likelier.sigmas_px_;
+  log_likelihood_ = likelier.log_likelihood_ - log_factor;
+}
+
+std::vector<ErrorsDuring> smoothed_errors(std::span<const EvidenceOfBoth> motions,
+                                          std::span<const float> drift_sigmas_px,
+                                          std::span<const ErrorChange> changes,
+                                          const ErrorTerms::ByDisplacement& by_displacement,
+                                          const Evidence& begin, const Evidence& end) {
+  std::vector<ErrorsDuring> result;
+  std::vector<ErrorChange> after(motions.size()), forgotten(motions.size());  // each motion, all together
+  Evidence known = begin;
+  bool is_constant = true;
+  for (const ErrorChange& change : changes) {
+    if (change.motions == 0) {
+      known = changed(known, change);
+      continue;
+    }
+    ErrorChange& sum = (change.only_forgets ? forgotten : after)[change.motions - 1];
+    sum.shift += change.shift;
+    sum.covariance += change.covariance;
+    is_constant = is_constant && change.only_forgets;
+  }
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    const double sigma_px = static_cast<double>(drift_sigmas_px[i]);
+    is_constant = is_constant && sigma_px == 0.0;
+    result.push_back(moments(known, motions[i], sigma_px));
+    known = sigma_px > 0.0 ? displaced(with_displacement(known, sigma_px) + motions[i], by_displacement)
+                           : known + of_rigid_rig(motions[i]);
+    known = changed(changed(known, after[i]), forgotten[i]);
+  }
+  if (is_constant) known = end;
+  Eigen::Matrix<double, kCoefficients, ErrorTerms::kBoth> to_next;
+  to_next << ErrorTerms::Covariance::Identity(), by_displacement;
+  ErrorTerms::Coefficients next = known.mean();
+  ErrorTerms::Covariance next_covariance = known.covariance();
+  for (std::size_t i = motions.size(); i-- > 0;) {
+    ErrorsDuring& errors = result[i];
+    next -= after[i].shift;
+    if (drift_sigmas_px[i] == 0.0F && after[i].covariance.isZero(0.0)) {  // nothing else changed
+      errors.mean.head<kCoefficients>() = next;
+      errors.covariance.topLeftCorner<kCoefficients, kCoefficients>() = next_covariance;
+      continue;
+    }
+    const Eigen::Matrix<double, ErrorTerms::kBoth, kCoefficients> cross =
+        errors.covariance * to_next.transpose();
+    const ErrorTerms::Covariance predicted = to_next * cross + after[i].covariance;
+    const Eigen::Matrix<double, ErrorTerms::kBoth, kCoefficients> gain =
+        predicted.ldlt().solve(cross.transpose()).transpose();
+    errors.mean += gain * (next - to_next * errors.mean);
+    errors.covariance += gain * (next_covariance - predicted) * gain.transpose();
+    next = errors.coefficients();
+    next_covariance = errors.covariance.topLeftCorner<kCoefficients, kCoefficients>();
+  }
+  return result;
+}
+
+}  // namespace stereo_slam
