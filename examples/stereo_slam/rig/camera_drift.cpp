@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stereo_slam/rig/camera_drift.hpp"
 
-#include <algorithm>
+#include <cmath>
 
 #include <Eigen/Cholesky>
 
@@ -76,7 +76,8 @@ double DriftHypothesis::log_likelihood_of(const EvidenceOfBoth& motion, const Ev
 }
 
 void DriftHypothesis::add(const EvidenceOfBoth& motion, double log_likelihood) {
-  log_likelihood_ += log_likelihood;
+  constexpr double kImpossible = -1e3;  // what is not finite could not be computed
+  log_likelihood_ += std::isfinite(log_likelihood) ? log_likelihood : kImpossible;
   sigmas_px_.push_back(static_cast<float>(sigma_px_));
   if (sigma_px_ > 0.0) {
     everything_ = displaced(with_displacement(everything_, sigma_px_) + motion, by_displacement_);

@@ -156,5 +156,17 @@ TEST_CASE("A refuted hypothesis goes on from the likelier one", "[stereo_slam][r
   CHECK(rigid.spread_px2() == drifting.spread_px2());
 }
 
+TEST_CASE("A likelihood that could not be computed refutes its hypothesis", "[stereo_slam][rectification]") {
+  std::mt19937_64 random(7);
+  const Drive drive(random);
+  DriftHypothesis hypothesis(0.1, drive.by_displacement, drive.begin);
+  const ErrorTerms::Evidence singular;
+  const double unknown = hypothesis.log_likelihood_of(drive.motions[0], singular);
+  CHECK_FALSE(std::isfinite(unknown));
+  hypothesis.add(drive.motions[0], unknown);
+  CHECK(std::isfinite(hypothesis.log_likelihood()));
+  CHECK(hypothesis.log_likelihood() < -100.0);
+}
+
 }  // namespace
 }  // namespace stereo_slam
