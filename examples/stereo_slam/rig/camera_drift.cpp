@@ -58,6 +58,34 @@ using Both = antipode::Matrix<double, ErrorTerms::kBoth>;
   return result;
 }
 
+/// Goes back over a motion and the change after it: makes of the errors during a motion, as it and those
+/// before it tell them, those that all motions tell. `next` is what these tell of the errors after the
+/// change.
+[[nodiscard]] ErrorsDuring smoothed(const ErrorsDuring& told, double sigma_px, const ErrorChange& change,
+                                    const ErrorTerms::ByDisplacement& by_displacement,
+                                    const ErrorsDuring& next) {
+  ErrorsDuring result = told;
+  const ErrorTerms::Coefficients mean = next.coefficients() - change.shift;
+  const ErrorTerms::Covariance covariance = next.covariance.topLeftCorner<kCoefficients, kCoefficients>();
+  if (sigma_px == 0.0 && change.covariance.isZero(0.0)) {  // nothing else changed
+    result.mean.head<kCoefficients>() = mean;
+    result.covariance.topLeftCorner<kCoefficients, kCoefficients>() = covariance;
+    return result;
+  }
+  Eigen::Matrix<double, kCoefficients, ErrorTerms::kBoth> to_next;
+  to_next << ErrorTerms::Covariance::Identity(), by_displacement;
+  const Eigen::Matrix<double, ErrorTerms::kBoth, kCoefficients> cross = told.covariance * to_next.transpose();
+  const ErrorTerms::Covariance predicted = to_next * cross + change.covariance;
+  const Eigen::Matrix<double, ErrorTerms::kBoth, kCoefficients> gain =
+      predicted.ldlt().solve(cross.transpose()).transpose();
+  result.mean += gain * (mean - to_next * told.mean);
+  result.covariance += gain * (covariance - predicted) * gain.transpose();
+  return result;
+}
+
+/// Mean and covariance of errors alone.
+[[nodiscard]] ErrorsDuring moments(const Evidence& known) { return moments(known, EvidenceOfBoth{}, 0.0); }
+
 }  // namespace
 
 DisplacementTerms::DisplacementTerms(const StereoCamera& camera) {
@@ -109,51 +137,30 @@ std::vector<ErrorsDuring> smoothed_errors(std::span<const EvidenceOfBoth> motion
                                           std::span<const ErrorChange> changes,
                                           const ErrorTerms::ByDisplacement& by_displacement,
                                           const Evidence& begin, const Evidence& end) {
+  std::vector<ErrorChange> after(motions.size());  // each motion: all changes together
   std::vector<ErrorsDuring> result;
-  std::vector<ErrorChange> after(motions.size()), forgotten(motions.size());  // each motion, all together
   Evidence known = begin;
   bool is_constant = true;
-  for (const ErrorChange& change : changes) {
-    if (change.motions == 0) {
-      known = changed(known, change);
-      continue;
-    }
-    ErrorChange& sum = (change.only_forgets ? forgotten : after)[change.motions - 1];
-    sum.shift += change.shift;
-    sum.covariance += change.covariance;
-    is_constant = is_constant && change.only_forgets;
-  }
+  auto change = changes.begin();
+  for (; change != changes.end() && change->motions == 0; ++change) known = changed(known, *change);
   for (std::size_t i = 0; i < motions.size(); ++i) {
-    const double sigma_px = static_cast<double>(drift_sigmas_px[i]);
-    is_constant = is_constant && sigma_px == 0.0;
-    result.push_back(moments(known, motions[i], sigma_px));
-    known = sigma_px > 0.0 ? displaced(with_displacement(known, sigma_px) + motions[i], by_displacement)
-                           : known + of_rigid_rig(motions[i]);
-    known = changed(changed(known, after[i]), forgotten[i]);
-  }
-  if (is_constant) known = end;
-  Eigen::Matrix<double, kCoefficients, ErrorTerms::kBoth> to_next;
-  to_next << ErrorTerms::Covariance::Identity(), by_displacement;
-  ErrorTerms::Coefficients next = known.mean();
-  ErrorTerms::Covariance next_covariance = known.covariance();
-  for (std::size_t i = motions.size(); i-- > 0;) {
-    ErrorsDuring& errors = result[i];
-    next -= after[i].shift;
-    if (drift_sigmas_px[i] == 0.0F && after[i].covariance.isZero(0.0)) {  // nothing else changed
-      errors.mean.head<kCoefficients>() = next;
-      errors.covariance.topLeftCorner<kCoefficients, kCoefficients>() = next_covariance;
-      continue;
+    DriftHypothesis step(static_cast<double>(drift_sigmas_px[i]), by_displacement, known);
+    is_constant = is_constant && step.sigma_px() == 0.0;
+    result.push_back(moments(known, motions[i], step.sigma_px()));
+    step.add(motions[i], 0.0);
+    for (; change != changes.end() && change->motions == i + 1; ++change) {
+      step.change(*change);
+      if (change->only_forgets) continue;
+      after[i].shift += change->shift;
+      after[i].covariance += change->covariance;
+      is_constant = false;
     }
-    const Eigen::Matrix<double, ErrorTerms::kBoth, kCoefficients> cross =
-        errors.covariance * to_next.transpose();
-    const ErrorTerms::Covariance predicted = to_next * cross + after[i].covariance;
-    const Eigen::Matrix<double, ErrorTerms::kBoth, kCoefficients> gain =
-        predicted.ldlt().solve(cross.transpose()).transpose();
-    errors.mean += gain * (next - to_next * errors.mean);
-    errors.covariance += gain * (next_covariance - predicted) * gain.transpose();
-    next = errors.coefficients();
-    next_covariance = errors.covariance.topLeftCorner<kCoefficients, kCoefficients>();
+    known = step.everything();
   }
+  ErrorsDuring next = moments(is_constant ? end : known);
+  for (std::size_t i = motions.size(); i-- > 0;)
+    next = result[i] =
+        smoothed(result[i], static_cast<double>(drift_sigmas_px[i]), after[i], by_displacement, next);
   return result;
 }
 

@@ -92,6 +92,7 @@ class DriftHypothesis {
   void add(const ErrorTerms::EvidenceOfBoth& motion, double log_likelihood);
   /// Adds a motion whose displacement is measured otherwise.
   void add_displaced(const ErrorTerms::Evidence& motion);
+  /// Adds a change by other causes.
   void change(const ErrorChange& change);
 
   /// Goes on from what another one knows, as less likely than that by `log_factor`.
@@ -119,7 +120,7 @@ struct ErrorsDuring {
 
 /// The errors during each of the motions, as all of them tell: by the smoother of Rauch, Tung and Striebel.
 /// `drift_sigmas_px` are those of the motions' displacements, `begin` is known before the first one, and
-/// `end` after the last one if nothing ever changed.
+/// `end` after the last one if nothing ever changed. The changes are in order.
 [[nodiscard]] std::vector<ErrorsDuring> smoothed_errors(std::span<const ErrorTerms::EvidenceOfBoth> motions,
                                                         std::span<const float> drift_sigmas_px,
                                                         std::span<const ErrorChange> changes,

@@ -4,6 +4,10 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "stereo_slam/core/median.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -61,6 +65,20 @@ StereoMeasurement PairGeometry::measure(const Vector2<double>& left_px,
           .left_px = left_px,
           .row_error_px = seen.row_error_px,
           .disparity_per_px = seen.disparity_per_px};
+}
+
+RobustLine PairGeometry::fit_rows(std::span<const CornerPair> corners) const {
+  constexpr double kLeastScale_px = 0.1;
+  std::vector<Vector2<double>> points;
+  std::vector<double> rows_px;
+  points.reserve(corners.size());
+  rows_px.reserve(corners.size());
+  for (const auto& [left_px, right_px] : corners) {
+    const Vector2<double> position_px(left_px.x, left_px.y);
+    rows_px.push_back(static_cast<double>(right_px.y) - static_cast<double>(left_px.y));
+    points.emplace_back(basis(position_px)[1], rows_px.back());
+  }
+  return fit_line(points, {.offset = median(std::move(rows_px))}, kLeastScale_px);
 }
 
 }  // namespace stereo_slam

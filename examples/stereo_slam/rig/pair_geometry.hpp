@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <span>
+
 #include <Eigen/Core>
 
+#include "stereo_slam/core/corner_pairs.hpp"
+#include "stereo_slam/core/robust_line.hpp"
 #include "stereo_slam/core/stereo_camera.hpp"
 #include "stereo_slam/core/types.hpp"
 #include "stereo_slam/rig/image_displacement.hpp"
@@ -74,6 +78,9 @@ class PairGeometry {
   }
   /// Position in the right image of a point that the left image shows at `left_px`, px.
   [[nodiscard]] Vector2<double> right_position(const Vector2<double>& left_px, double disparity_px) const;
+
+  /// A displacement and a roll of the right image: the offset of the rows of corners as a line along x.
+  [[nodiscard]] RobustLine fit_rows(std::span<const CornerPair> corners) const;
 
   /// Root mean square over the image of an offset with these coefficients.
   [[nodiscard]] static double rms(const Basis& coefficients);

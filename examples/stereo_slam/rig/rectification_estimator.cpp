@@ -4,13 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
-#include <vector>
 
 #include <Eigen/Cholesky>
 
-#include "stereo_slam/core/median.hpp"
 #include "stereo_slam/core/pixel_noise.hpp"
-#include "stereo_slam/core/robust_line.hpp"
 
 namespace stereo_slam {
 namespace {
@@ -21,18 +18,9 @@ constexpr double kDisparityPerRow = 2.0;
 constexpr double kExactSigma_px = 0.03;  // of a coefficient if there is no row offset
 constexpr std::size_t kMinCorners = 50;  // for a displacement and a roll of the rows
 
-/// A displacement and a roll of the right image: the offset of the rows as a line along x, in the coordinates
-/// of PairGeometry.
-[[nodiscard]] RobustLine fit_rows(std::span<const CornerPair> corners, const PairGeometry& geometry) {
-  constexpr double kLeastScale_px = 0.1;
-  std::vector<Vector2<double>> points;
-  std::vector<double> rows_px;
-  for (const auto& [left_px, right_px] : corners) {
-    const Vector2<double> position_px(left_px.x, left_px.y);
-    rows_px.push_back(static_cast<double>(right_px.y) - static_cast<double>(left_px.y));
-    points.emplace_back(geometry.basis(position_px)[1], rows_px.back());
-  }
-  return fit_line(points, {.offset = median(std::move(rows_px))}, kLeastScale_px);
+/// Whether a change is too large for derivatives.
+[[nodiscard]] bool is_large(const CameraErrors::Coefficients& change) {
+  return PairGeometry::rms(change.head<PairGeometry::kTerms>()) >= CameraErrors::kLargeChange_px;
 }
 
 }  // namespace
@@ -129,7 +117,7 @@ std::optional<ImageDisplacement::Coefficients> RectificationEstimator::displacem
     std::span<const CornerPair> corners) const {
   constexpr double kMaxResidual_px = 2.0;  // the median: as far as stereo matches are searched beside rows
   if (corners.size() < kMinCorners) return std::nullopt;
-  const RobustLine fit = fit_rows(corners, current());
+  const RobustLine fit = current().fit_rows(corners);
   if (!(fit.median_residual <= kMaxResidual_px)) return std::nullopt;
   const Vector2<double> change_px =
       Vector2<double>(fit.offset, fit.slope) - coefficients_.row(1).head<2>().transpose();
@@ -143,7 +131,7 @@ bool RectificationEstimator::relearn_rows(std::span<const CornerPair> corners) {
   constexpr double kMaxResidual_px = 0.3;  // the median; .03 to .24 on good pairs, .36 and more on late ones
   constexpr double kLeastChange_px = 1.0;  // smaller ones leave enough matches
   if (corners.size() < kMinCorners) return false;
-  const RobustLine fit = fit_rows(corners, current());
+  const RobustLine fit = current().fit_rows(corners);
   PairGeometry::Coefficients coefficients = coefficients_;
   coefficients.row(1).setZero();
   coefficients.row(1).head<2>() << fit.offset, fit.slope;
@@ -222,11 +210,129 @@ std::optional<FrameDependence> RectificationEstimator::dependence_of(const SeenM
                          shown->covariance.cast<float>()};
 }
 
+/// The errors of now, and what is expected until the next keyframe.
+ErrorsDuring RectificationEstimator::errors_now() const {
+  constexpr int kErrors = CameraErrors::kTerms;
+  const CameraErrors::Evidence now = disparity_.estimate();
+  const double sigma_px = disparity_.drift_sigma_px();
+  ErrorsDuring result;
+  result.mean.head<kErrors>() = now.mean();
+  result.covariance.topLeftCorner<kErrors, kErrors>() = now.covariance();
+  result.covariance.diagonal().tail<ImageDisplacement::kTerms>().setConstant(sigma_px * sigma_px);
+  return result;
+}
+
+/// The errors during a motion that was added, or the estimate now; those of a vibrating rig held for the
+/// motion alone.
+ErrorsDuring RectificationEstimator::errors_during(const MotionEvidence& motion,
+                                                   const History& history) const {
+  ErrorsDuring result = motion.motion < history.size() ? history[motion.motion] : errors_now();
+  if (motion.vibrates) result.mean << motion.applied, ImageDisplacement::Coefficients::Zero();
+  return result;
+}
+
 /// The coefficients in use.
 CameraErrors::Coefficients RectificationEstimator::applied() const {
   CameraErrors::Coefficients result;
   result << coefficients_.row(0).transpose(), lens_;
   return result;
+}
+
+/// The errors that hold for a motion: those that are known now, unless it contradicts a large change.
+ErrorsDuring RectificationEstimator::believed_during(const MotionEvidence& motion,
+                                                     const History& history) const {
+  constexpr double kContradiction = 12.0;  // log of a likelihood ratio
+  ErrorsDuring errors = errors_during(motion, history);
+  decltype(errors.mean) applied;
+  applied << motion.applied, motion.applied_displacement;
+  const bool contradicts =
+      is_large(errors.coefficients() - motion.applied) &&
+      motion.evidence.log_density(applied) > motion.evidence.log_density(errors.mean) + kContradiction;
+  if (contradicts) errors.mean = applied;
+  return errors;
+}
+
+CameraErrors::Coefficients RectificationEstimator::coefficients_during(const MotionEvidence& motion,
+                                                                       const History& history) const {
+  return believed_during(motion, history).coefficients();
+}
+
+/// Change of a motion if it is measured with these coefficients, and the best estimate of the delay, to first
+/// order.
+Vector6<double> RectificationEstimator::change_by(const MotionEvidence& motion,
+                                                  const CameraErrors::Coefficients& coefficients) const {
+  return motion.derivative * (coefficients - motion.applied) +
+         motion.derivative_by_delay * (used_delay().seconds - motion.applied_delay_s);
+}
+
+Vector6<double> RectificationEstimator::change_in_use(const MotionEvidence& motion) const {
+  if (motion.vibrates) return Vector6<double>::Zero();
+  return change_by(motion, applied());
+}
+
+/// Covariance of the change of a motion, as far as it is not of first order: zero unless the estimate changed
+/// much.
+Matrix6<double> RectificationEstimator::nonlinearity_of(const MotionEvidence& motion,
+                                                        const ErrorsDuring& errors) {
+  const CameraErrors::Coefficients change = errors.coefficients() - motion.applied;
+  if (!is_large(change)) return Matrix6<double>::Zero();
+  const Vector6<double> error = CameraErrors::kNotFirstOrder * motion.derivative * change;
+  return error * error.transpose();
+}
+
+Matrix6<double> RectificationEstimator::covariance_of(const MotionEvidence& motion) const {
+  return covariance_of(motion, motion.derivative, errors_now());
+}
+
+Matrix6<double> RectificationEstimator::covariance_besides_scale(const MotionEvidence& motion,
+                                                                 const Pose& T_first_second) const {
+  return covariance_besides_scale(motion, T_first_second, errors_now());
+}
+
+Matrix6<double> RectificationEstimator::covariance_besides_scale(const MotionEvidence& motion,
+                                                                 const Pose& T_first_second,
+                                                                 const ErrorsDuring& errors) const {
+  auto derivative = motion.derivative;
+  derivative.bottomRows<3>() += T_first_second.inverse().translation() * scale_derivative().transpose();
+  return covariance_of(motion, derivative, errors);
+}
+
+/// Covariance of a motion due to that of the errors, with this derivative with respect to the coefficients.
+Matrix6<double> RectificationEstimator::covariance_of(const MotionEvidence& motion,
+                                                      const MotionEvidence::Derivative& derivative,
+                                                      const ErrorsDuring& errors) {
+  Eigen::Matrix<double, 6, ErrorTerms::kBoth> by_errors;
+  by_errors << derivative, motion.derivative_by_displacement;
+  return by_errors * errors.covariance * by_errors.transpose();
+}
+
+MotionChange RectificationEstimator::correct(MotionEvidence& motion, const Pose& T_first_second,
+                                             const History& history) const {
+  const ErrorsDuring shown = errors_during(motion, history), errors = believed_during(motion, history);
+  const ImageDisplacement::Coefficients displacement = errors.displacement();
+  MotionChange result{
+      .change = change_by(motion, errors.coefficients()) +
+                motion.derivative_by_displacement * (displacement - motion.applied_displacement),
+      .nonlinearity = nonlinearity_of(motion, shown)};
+  if (motion.derivative.isZero(0.0) || motion.vibrates) return result;
+  result.is_corrected = true;
+  result.covariance_before = motion.covariance;
+  result.covariance = covariance_besides_scale(motion, result.of(T_first_second), errors);
+  motion.covariance = result.covariance;
+  motion.applied = errors.coefficients();
+  motion.applied_displacement = displacement;
+  return result;
+}
+
+MotionChange RectificationEstimator::correct(const FrameDependence& frame, const MotionEvidence& motion,
+                                             const Pose& T_first_frame, const History& history) const {
+  if (motion.derivative.isZero(0.0)) return {};
+  MotionEvidence to_frame = motion;
+  to_frame.derivative = frame.derivative.cast<double>();
+  to_frame.derivative_by_displacement.setZero();
+  to_frame.derivative_by_delay = frame.derivative_by_delay.cast<double>();
+  to_frame.covariance = frame.covariance.cast<double>();
+  return correct(to_frame, T_first_frame, history);
 }
 
 double RectificationEstimator::scale_sigma() const {
